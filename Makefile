@@ -1,0 +1,41 @@
+# Two commands do all set-up: `make demo` (the main job, no root needed) and `make test`.
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+# Bump nothing by hand: the stamps follow pyproject.toml.
+USER_STAMP := $(VENV)/.installed
+TEST_STAMP := $(VENV)/.installed-test
+JOBS   ?= 2
+
+.PHONY: demo test lint bench system clean
+
+demo: $(USER_STAMP)
+	$(BIN)/softsense simulate linear -o out/demo/linear.csv
+	$(BIN)/softsense build out/demo/linear.csv --size 2 -o out/demo/estimator
+
+test: system $(TEST_STAMP)
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(PYTEST)
+
+lint: $(TEST_STAMP)
+	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
+
+bench: $(TEST_STAMP)
+	$(BIN)/python tests/benchmarks/run.py
+
+system:
+	@sh .ci/system-packages
+
+$(VENV)/bin/python:
+	@$(PYTHON) -c 'import ensurepip' 2>/dev/null || sh .ci/system-packages python3-venv
+	$(PYTHON) -m venv $(VENV)
+
+$(USER_STAMP): pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --disable-pip-version-check -q -e .
+	@touch $@
+
+$(TEST_STAMP): pyproject.toml | $(VENV)/bin/python
+	$(BIN)/python -m pip install --disable-pip-version-check -q -e '.[test]'
+	@touch $@ $(USER_STAMP)
+
+clean:
+	rm -rf $(VENV) out dist firmware/build

@@ -1,0 +1,59 @@
+"""Options that several commands share."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from softsense.recording import Recording
+
+
+def add_recording(parser: argparse.ArgumentParser, sensors: bool = True) -> None:
+    """The positional recording and how to read it."""
+    parser.add_argument("recording", type=Path, help="recording: .csv, .npz, .mat or .parquet")
+    add_reading(parser, sensors)
+
+
+def add_reading(parser: argparse.ArgumentParser, sensors: bool = True) -> None:
+    """How to read a recording: which columns are what, and the ADC in front of them."""
+    group = parser.add_argument_group("reading the recording")
+    group.add_argument(
+        "--target", default="strain", metavar="A[,B]", help="target column(s) (default strain)"
+    )
+    if sensors:
+        group.add_argument(
+            "--sensors", metavar="A,B,…", help="sensor columns (default every other column)"
+        )
+    group.add_argument(
+        "--context", default="", metavar="A,B", help="columns that are neither, e.g. temp_c"
+    )
+    group.add_argument(
+        "--adc-bits",
+        type=int,
+        default=12,
+        metavar="N",
+        help="bits of a code (default 12)",
+    )
+    group.add_argument(
+        "--front-end",
+        default="auto",
+        metavar="SPEC",
+        help="how physical columns become codes: auto (default), affine:SCALE,OFFSET or "
+        "divider:R_REF[,SUPPLY_CODE]",
+    )
+
+
+def read_recording(args: argparse.Namespace, path: Path | None = None) -> Recording:
+    """The recording that ``args`` describe (``path`` where it is not ``args.recording``)."""
+    from softsense.recording import read
+
+    return read(
+        args.recording if path is None else path,
+        target=args.target,
+        sensors=getattr(args, "sensors", None),
+        context=args.context,
+        adc_bits=args.adc_bits,
+        front_end=args.front_end,
+    )
