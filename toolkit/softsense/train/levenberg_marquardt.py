@@ -1,0 +1,167 @@
+"""Levenberg-Marquardt for a network with one tanh layer: all weights in one damped step.
+
+With residuals e(w) of every sample and output, the cost is C(w) = |e|^2 + decay |w|^2 and the step
+solves (J'J + (decay + damping) I) s = -(J'e + decay w), J = de/dw (Levenberg 1944, Marquardt 1963;
+Hagan and Menhaj 1994 for networks). A step that lowers the cost is taken and the damping falls;
+one that raises it is thrown away and the damping grows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+Floats = NDArray[np.float64]
+
+DAMPING_START = 1e-3
+DAMPING_LIMIT = 1e10
+DAMPING_UP = 10.0
+DAMPING_DOWN = 0.1
+GRADIENT_SMALL = 1e-7
+
+
+@dataclass(frozen=True)
+class Weights:
+    """y = w2 @ tanh(w1 @ x + b1) + b2; w1 (hidden, inputs), w2 (outputs, hidden)."""
+
+    w1: Floats
+    b1: Floats
+    w2: Floats
+    b2: Floats
+
+    def flat(self) -> Floats:
+        """All weights in one vector, (w1 | b1) unit by unit, then (w2 | b2) output by output."""
+        first = np.hstack([self.w1, self.b1[:, None]])
+        second = np.hstack([self.w2, self.b2[:, None]])
+        return np.concatenate([first.ravel(), second.ravel()])
+
+    def unflat(self, vector: Floats) -> Weights:
+        """The inverse of ``flat`` with this object's shapes."""
+        hidden, inputs = self.w1.shape
+        edge = hidden * (inputs + 1)
+        first = vector[:edge].reshape(hidden, inputs + 1)
+        second = vector[edge:].reshape(len(self.b2), hidden + 1)
+        return Weights(
+            first[:, :-1].copy(), first[:, -1].copy(), second[:, :-1].copy(), second[:, -1].copy()
+        )
+
+    def predict(self, x: Floats) -> Floats:
+        """Outputs (samples, outputs) for inputs (samples, inputs)."""
+        y: Floats = np.tanh(x @ self.w1.T + self.b1) @ self.w2.T + self.b2
+        return y
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Where a descent ended: the weights of the lowest validation error, and why it stopped."""
+
+    weights: Weights
+    status: str
+    epochs: int
+    best_epoch: int
+    train_mse: tuple[float, ...]
+    validation_mse: tuple[float, ...]
+
+
+def nguyen_widrow(rng: np.random.Generator, inputs: int, hidden: int, outputs: int) -> Weights:
+    """Starting weights whose units' active regions tile the box [-1, 1]^inputs.
+
+    Nguyen and Widrow, IJCNN 1990: directions are random, |w| = 0.7 hidden^(1/inputs), and the
+    biases spread the units' centres evenly along their directions.
+    """
+    w1 = rng.uniform(-1.0, 1.0, (hidden, inputs))
+    w1 /= np.linalg.norm(w1, axis=1, keepdims=True)
+    size = 0.7 * hidden ** (1.0 / inputs)
+    b1 = size * np.linspace(-1.0, 1.0, hidden) * np.sign(w1[:, 0])
+    w2 = rng.uniform(-0.5, 0.5, (outputs, hidden)) / np.sqrt(hidden)
+    return Weights(size * w1, b1, w2, np.zeros(outputs))
+
+
+def normal_equations(weights: Weights, x: Floats, target: Floats) -> tuple[Floats, Floats, float]:
+    """J'J, J'e and |e|^2 at ``weights``."""
+    samples = len(x)
+    hidden, inputs = weights.w1.shape
+    tanh = np.tanh(x @ weights.w1.T + weights.b1)
+    error = tanh @ weights.w2.T + weights.b2 - target
+    slope = 1.0 - tanh**2
+    augmented = np.hstack([x, np.ones((samples, 1))])
+    one = np.ones((samples, 1))
+    outputs = len(weights.b2)
+    edge = hidden * (inputs + 1)
+    size = edge + outputs * (hidden + 1)
+    gram = np.zeros((size, size))
+    gradient = np.zeros(size)
+    for output in range(outputs):
+        first = ((slope * weights.w2[output])[:, :, None] * augmented[:, None, :]).reshape(
+            samples, edge
+        )
+        jacobian = np.hstack([first, tanh, one])
+        block = jacobian.T @ jacobian
+        projected = jacobian.T @ error[:, output]
+        rows = slice(edge + output * (hidden + 1), edge + (output + 1) * (hidden + 1))
+        gram[:edge, :edge] += block[:edge, :edge]
+        gram[rows, :edge] = block[edge:, :edge]
+        gram[:edge, rows] = block[:edge, edge:]
+        gram[rows, rows] = block[edge:, edge:]
+        gradient[:edge] += projected[:edge]
+        gradient[rows] = projected[edge:]
+    return gram, gradient, float(np.sum(error**2))
+
+
+def descend(
+    start: Weights,
+    train: tuple[Floats, Floats],
+    validation: tuple[Floats, Floats],
+    *,
+    decay: float,
+    max_epochs: int,
+    patience: int,
+) -> Outcome:
+    """Go down from ``start``; keep the weights of the lowest validation error.
+
+    ``train``, ``validation``: (inputs, targets), both scaled to about [-1, 1]. Stops when the
+    validation error has not fallen for ``patience`` epochs, when the gradient is small, when no
+    damping gives a better step, or after ``max_epochs``.
+    """
+    x, target = train
+    weights, damping = start, DAMPING_START
+    best, best_epoch = start, 0
+    best_error = float(np.mean((start.predict(validation[0]) - validation[1]) ** 2))
+    train_history: list[float] = []
+    validation_history: list[float] = [best_error]
+    status, epoch = "epoch limit", 0
+    for epoch in range(1, max_epochs + 1):
+        gram, gradient, square = normal_equations(weights, x, target)
+        train_history.append(square / target.size)
+        vector = weights.flat()
+        cost = square + decay * float(vector @ vector)
+        slope = gradient + decay * vector
+        if np.max(np.abs(slope)) < GRADIENT_SMALL * len(x):
+            status = "gradient small"
+            break
+        diagonal = np.arange(len(vector))
+        taken = False
+        while not taken and damping < DAMPING_LIMIT:
+            damped = gram.copy()
+            damped[diagonal, diagonal] += decay + damping
+            step = cho_solve(cho_factor(damped, overwrite_a=True, check_finite=False), -slope)
+            trial = weights.unflat(vector + step)
+            trial_square = float(np.sum((trial.predict(x) - target) ** 2))
+            taken = trial_square + decay * float(np.sum((vector + step) ** 2)) < cost
+            damping *= DAMPING_DOWN if taken else DAMPING_UP
+        if not taken:
+            status = "damping limit"
+            break
+        damping = max(damping, 1e-12)
+        weights = trial
+        error = float(np.mean((weights.predict(validation[0]) - validation[1]) ** 2))
+        validation_history.append(error)
+        if error < best_error:
+            best, best_error, best_epoch = weights, error, epoch
+        elif epoch - best_epoch >= patience:
+            status = "validation rose"
+            break
+    return Outcome(best, status, epoch, best_epoch, tuple(train_history), tuple(validation_history))
