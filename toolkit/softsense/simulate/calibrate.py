@@ -59,7 +59,8 @@ class Term:
 class FittedSensor:
     """How well a sensor's model fits, RMS in codes.
 
-    ``held_out_by_states``: with 0, 1, 2, … stress states as the search came by. ``residual``: of the noiseless rig against the whole recording. ``noise``: the floor, from differences.
+    ``held_out_by_states``: with 0, 1, 2, … stress states, as the search went. ``residual``: of
+    the noiseless rig against the whole recording. ``noise``: the floor, from differences.
     """
 
     name: str

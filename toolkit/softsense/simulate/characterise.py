@@ -42,7 +42,7 @@ UNREPEATABLE = 0.15
 
 @dataclass(frozen=True)
 class SensorCharacter:
-    """One sensor. Shares are of ``span_codes``, the span of its mean curve over the target.
+    """One sensor (``matrix`` as its rig says). Shares are of ``span_codes``, the span of its mean curve over the target.
 
     ``curve``: (bins,) mean code rising, falling and both, at ``Character.target_bins``; NaN where
     a bin is empty. ``relaxation``: (time constant in s, share) pairs. ``gauge_factor``: relative
@@ -51,6 +51,7 @@ class SensorCharacter:
     """
 
     name: str
+    matrix: str
     span_codes: float
     curve: Floats
     curve_rising: Floats
@@ -123,8 +124,18 @@ def characterise(
     rising = _direction(x, dt_s)
     shapes = _Shapes(x, dt_s)
     ohms = _ohms(recording, rig)
+    matrices = {sensor.name: sensor.matrix for sensor in rig.sensors} if rig else {}
     sensors = tuple(
-        _sensor(name, recording.codes[:, i].astype(np.float64), ohms[i], y, bins, rising, shapes)
+        _sensor(
+            name,
+            matrices.get(name, ""),
+            recording.codes[:, i].astype(np.float64),
+            ohms[i],
+            y,
+            bins,
+            rising,
+            shapes,
+        )
         for i, name in enumerate(recording.sensors)
     )
     every = (*(_samples_of_one(rig) if rig else ()), *pairs)
@@ -243,6 +254,7 @@ def _apart(pole: int, chosen: Sequence[int]) -> bool:
 
 def _sensor(
     name: str,
+    matrix: str,
     code: Floats,
     ohm: Floats | None,
     y: Floats,
@@ -276,6 +288,7 @@ def _sensor(
         gauge = float(np.polyfit(y, ohm / base, 1)[0])
     return SensorCharacter(
         name=name,
+        matrix=matrix,
         span_codes=span,
         curve=both,
         curve_rising=up,
