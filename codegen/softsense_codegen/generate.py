@@ -37,9 +37,7 @@ def generate(
     return [
         write_text(out / f"{net.name}.h", render("network.h.j2", view)),
         write_text(out / f"{net.name}.c", render("network.c.j2", view)),
-        write_text(
-            out / f"{net.name}_vectors.h", render("vectors.h.j2", vectors_view(net, rows))
-        ),
+        write_text(out / f"{net.name}_vectors.h", render("vectors.h.j2", vectors_view(net, rows))),
         write_text(out / f"{net.name}.json", net.to_json()),
     ]
 

@@ -11,7 +11,7 @@ from softsense_codegen.network import IntLayer, IntNetwork
 Integers = NDArray[np.int64]
 
 # Chunks of this many samples keep the (samples, units) arrays within the processor's cache.
-CHUNK = 4096
+CHUNK = 2048
 
 
 def clip_codes(net: IntNetwork, codes: ArrayLike) -> Integers:
@@ -48,7 +48,9 @@ def arguments(layer: IntLayer, a: Integers) -> Integers:
     bias = np.asarray(layer.bias, dtype=np.int64)
     if layer.shift == 0:
         # Products of 16-bit words and their sums are exact in double, and BLAS is fast.
-        exact: Integers = (a.astype(np.float64) @ layer.matrix.T.astype(np.float64)).astype(np.int64)
+        exact: Integers = (a.astype(np.float64) @ layer.matrix.T.astype(np.float64)).astype(
+            np.int64
+        )
         return exact + bias
     z = np.tile(bias, (len(a), 1))
     for column in range(a.shape[1]):

@@ -171,9 +171,7 @@ def _unit_rows(fused: IntLayer, last: IntLayer, unsigned: bool) -> list[list[str
     ]
 
 
-def _activations(
-    net: IntNetwork, proofs: tuple[bounds.LayerBounds, ...]
-) -> list[dict[str, Any]]:
+def _activations(net: IntNetwork, proofs: tuple[bounds.LayerBounds, ...]) -> list[dict[str, Any]]:
     """One entry per hidden layer; layers of the same kind and scale share a function."""
     result = []
     for layer, proof in zip(net.layers[:-1], proofs, strict=False):

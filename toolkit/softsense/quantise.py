@@ -9,7 +9,9 @@ device computes it, which takes up most of what the table of tanh leaves.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -238,7 +240,11 @@ def _round(
         real_zero = zero * weight.sum(axis=1) / scale.weight  # what the activations' zero adds
         z_bias = np.rint((bias + real_zero + scale.origin) * scale.z)
         made = IntLayer(
-            _tuples(weight), tuple(int(b) for b in z_bias), scale.shift, scale.activation, scale.fine
+            _tuples(weight),
+            tuple(int(b) for b in z_bias),
+            scale.shift,
+            scale.activation,
+            scale.fine,
         )
         shell = _shell(inputs, table)
         a = reference.activations(shell, made, a)
@@ -277,7 +283,9 @@ def _layer_scale(
     if largest == 0.0 or not np.isfinite(largest):
         raise SoftsenseError("a layer's weights are all zero or not finite", remedy="train again")
     word = 2.0 ** (bits - 1) - 1
-    ends = np.stack([layer.weight * (unit * bound[0] + zero), layer.weight * (unit * bound[1] + zero)])
+    ends = np.stack(
+        [layer.weight * (unit * bound[0] + zero), layer.weight * (unit * bound[1] + zero)]
+    )
     top = ends.max(axis=0).sum(axis=1) + layer.bias
     bottom = ends.min(axis=0).sum(axis=1) + layer.bias
     if layer.activation == "tanh":
@@ -285,7 +293,12 @@ def _layer_scale(
         base, origin, next_unit, next_zero = 2.0**16 / table.step, table.reach, 1.0 / ONE, -1.0
     else:
         reach = max(float(top.max()), 1e-9)
-        base, origin, next_unit, next_zero = ACTIVATION_MAX / reach, 0.0, reach / ACTIVATION_MAX, 0.0
+        base, origin, next_unit, next_zero = (
+            ACTIVATION_MAX / reach,
+            0.0,
+            reach / ACTIVATION_MAX,
+            0.0,
+        )
     sum_limit = 2.0**30 / (float(np.abs([top, bottom]).max()) + origin)
     if first:
         # No shift of products: the sum's unit is the product's unit.
@@ -349,7 +362,9 @@ def _round_in_order(
     inverse Gauss-Newton matrix. The most influential parameters come first.
     """
     scale = np.sqrt((jacobian**2).mean(axis=0)) + 1e-300
-    order = np.concatenate([np.argsort(-scale[:count] * step[:count]), np.arange(count, len(scale))])
+    order = np.concatenate(
+        [np.argsort(-scale[:count] * step[:count]), np.arange(count, len(scale))]
+    )
     normal = jacobian[:, order] / scale[order]
     hessian = normal.T @ normal / len(normal)
     hessian[np.diag_indices_from(hessian)] += damping
@@ -513,28 +528,28 @@ def measure(
     One or two inputs: every code. More: random codes, the recorded ones and corners, then ascent
     along single codes from the worst of them.
     """
-    ranges = [np.arange(i.low, i.high + 1) for i in network.inputs]
-    exhaustive = len(ranges) <= 2
+    exhaustive = len(network.inputs) <= 2
     worst = np.zeros(len(network.outputs))
-    where = np.zeros((len(worst), len(ranges)), dtype=np.int64)
+    where = np.zeros((len(worst), len(network.inputs)), dtype=np.int64)
     compared = 0
 
-    def compare(codes: Integers) -> Floats:
-        nonlocal compared
-        compared += len(codes)
-        fixed = reference.values(network, reference.estimate(network, codes))
-        error = np.abs(fixed - mlp.predict(codes))
+    def keep(error: Floats, codes: Integers) -> None:
         for output, row in enumerate(error.argmax(axis=0)):
             if error[row, output] > worst[output]:
                 worst[output] = error[row, output]
                 where[output] = codes[row]
+
+    def compare(codes: Integers) -> Floats:
+        nonlocal compared
+        compared += len(codes)
+        error = _difference(mlp, network, codes)
+        keep(error, codes)
         return error
 
     if exhaustive:
-        rows = max(65536 // len(ranges[-1]), 1) if len(ranges) == 2 else len(ranges[0])
-        for start in range(0, len(ranges[0]), rows):
-            grid = np.meshgrid(ranges[0][start : start + rows], *ranges[1:], indexing="ij")
-            compare(np.stack([g.ravel() for g in grid], axis=1))
+        for error, codes in _every_code(mlp, network):
+            compared += len(codes)
+            keep(error, codes)
     else:
         _search(network, data, compare, np.random.default_rng([seed, 1]))
     return Accuracy(
@@ -544,6 +559,28 @@ def measure(
         compared,
         tuple(float(b) for b in _proved_bound(plain, network)),
     )
+
+
+def _difference(mlp: Mlp, network: IntNetwork, codes: Integers) -> Floats:
+    """|fixed - float| (samples, outputs) in the outputs' units."""
+    return np.abs(
+        reference.values(network, reference.estimate(network, codes)) - mlp.predict(codes)
+    )
+
+
+def _every_code(mlp: Mlp, network: IntNetwork) -> Iterator[tuple[Floats, Integers]]:
+    """The differences at every code of a box of one or two inputs, slab by slab."""
+    first, *rest = [np.arange(i.low, i.high + 1) for i in network.inputs]
+    # Slabs that keep (samples, units) arrays in the cache; numpy runs them on all cores.
+    rows = max(reference.CHUNK // (len(rest[0]) if rest else 1), 1)
+
+    def slab(start: int) -> tuple[Floats, Integers]:
+        grid = np.meshgrid(first[start : start + rows], *rest, indexing="ij")
+        codes = np.stack([g.ravel() for g in grid], axis=1)
+        return _difference(mlp, network, codes), codes
+
+    with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
+        yield from pool.map(slab, range(0, len(first), rows))
 
 
 def _search(

@@ -28,7 +28,9 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT", help="folder")
     parser.add_argument("--name", help="C prefix (default: the recording's stem)")
     group = parser.add_argument_group("training and quantising")
-    group.add_argument("--hidden", type=int, default=60, metavar="N", help="tanh units (default 60)")
+    group.add_argument(
+        "--hidden", type=int, default=60, metavar="N", help="tanh units (default 60)"
+    )
     group.add_argument(
         "--split", default="blocks", metavar="HOW", help="blocks (default), forward or random"
     )
@@ -76,7 +78,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
         recording = read_recording(args)
     on = None if args.on is None else tuple(args.on.split(","))
     result = pipeline.build(
-        recording, args.output, recipe, name=args.name, on=on, stage=console.stage
+        recording, args.output, recipe, name=args.name, on=on, stage=console.say
     )
     if args.json:
         print(json.dumps(result.to_dict()))
