@@ -72,7 +72,7 @@ class Moments:
 
 
 def moments(x: Floats, y: Floats, degree: int = DEGREE, folds: int = FOLDS) -> Moments:
-    """Moments of ``x`` (samples, sensors), in [-1, 1], with standardised ``y`` (samples, targets)."""
+    """Moments of sensors ``x`` in [-1, 1] with standardised targets ``y``, (samples, …) each."""
     products = basis(x.shape[1], degree)
     parts = np.array_split(np.arange(len(x)), folds)
     gram, cross, square = [], [], []
