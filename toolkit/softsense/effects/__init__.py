@@ -1,0 +1,169 @@
+"""Physical effects that separate an ideal soft sensor from a real one: one file each.
+
+A module in this folder defines ``EFFECT``. Effects act on a dimensionless signal
+``(samples, channels)``, so that one equation serves a simulated sensor and the ADC codes of
+anybody's recording alike:
+
+========== ====================================================================================
+stage      signal ``u``
+========== ====================================================================================
+motion     strain as each channel feels it, as a share of the nominal strain range (0 at rest)
+material   response (or stress) as a share of its nominal span, 0 at rest, 1 at full strain
+electrical voltage at the ADC as a share of its full scale, 0 … 1
+========== ====================================================================================
+
+Simulation may be cut anywhere: running two halves with the state handed over gives the samples
+of one run, random draws included.
+"""
+
+from __future__ import annotations
+
+import importlib
+import pkgutil
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsense.errors import SoftsenseError
+
+Floats = NDArray[np.float64]
+# Everything that an effect remembers: arrays, numbers and the state of its random generator.
+State = dict[str, Any]
+Stage = Literal["motion", "material", "electrical"]
+STAGES: tuple[Stage, ...] = ("motion", "material", "electrical")
+
+# Slow effects state their size after this time: 8000 samples at 20 Hz.
+REFERENCE_S = 400.0
+
+# Modules of this folder that hold tools of the effects rather than an effect.
+_NOT_EFFECTS = {"operators"}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number of an effect, with its unit and the range that is met in practice."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    default: float
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Context:
+    """What an effect may know beside its signal.
+
+    ``strain``: (samples,) share of the nominal strain range. ``temp_c``: (samples,) logged
+    temperature, or None. ``t0_s``: time of the first sample. ``lsb``: size of one ADC code in the
+    signal's unit. ``rng``: seeds an effect's own random stream at its start; later on its state
+    carries the stream.
+    """
+
+    dt_s: float
+    strain: Floats
+    t0_s: float = 0.0
+    temp_c: Floats | None = None
+    lsb: float = 1.0 / 4095.0
+    rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+
+    def time_s(self) -> Floats:
+        """(samples,) seconds since the beginning of the experiment."""
+        times: Floats = self.t0_s + self.dt_s * np.arange(len(self.strain), dtype=np.float64)
+        return times
+
+    def generator(self, state: State | None) -> np.random.Generator:
+        """The effect's own stream: a child of ``rng`` at the start, afterwards where it stood."""
+        if state is None:
+            return self.rng.spawn(1)[0]
+        bits = np.random.PCG64()
+        bits.state = state["rng"]
+        return np.random.Generator(bits)
+
+
+Values = Mapping[str, Floats]
+Simulate = Callable[[Floats, Context, Values, str, State | None], tuple[Floats, State]]
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical mechanism: what it does, what it is called, and who described it.
+
+    ``simulate(u, context, values, form, state)`` returns the changed signal and the state after
+    it; ``values`` holds (channels,) or (channels, parts) for every parameter. Call ``apply``,
+    which fills in defaults.
+    """
+
+    name: str
+    stage: Stage
+    mechanism: str
+    equation: str
+    source: str
+    fingerprint: str
+    parameters: tuple[Parameter, ...]
+    simulate: Simulate
+    forms: tuple[str, ...] = ("",)
+
+    def defaults(self) -> dict[str, float]:
+        """Every parameter's default by name."""
+        return {parameter.name: parameter.default for parameter in self.parameters}
+
+    def apply(
+        self,
+        signal: Floats,
+        context: Context,
+        parameters: Mapping[str, ArrayLike] | None = None,
+        form: str | None = None,
+        state: State | None = None,
+    ) -> tuple[Floats, State]:
+        """``signal`` (samples, channels) with the effect in it, and the state at its end.
+
+        ``parameters``: a number for all channels or (channels,) each; where an effect has
+        several parts (relaxation times) also (channels, parts). What is absent takes its default.
+
+        Raises ``ValueError`` for an unknown parameter, form or a shape that does not fit.
+        """
+        channels = signal.shape[1]
+        given = dict(parameters or {})
+        unknown = sorted(set(given) - {parameter.name for parameter in self.parameters})
+        if unknown:
+            raise ValueError(f"{self.name} has no parameter {', '.join(unknown)}")
+        chosen = self.forms[0] if form is None else form
+        if chosen not in self.forms:
+            raise ValueError(f"{self.name} has no form {chosen!r}: {', '.join(self.forms)}")
+        values = {}
+        for parameter in self.parameters:
+            value = np.asarray(given.get(parameter.name, parameter.default), dtype=np.float64)
+            if value.ndim < 2:
+                value = np.broadcast_to(value, (channels,))
+            elif value.shape[0] != channels:
+                raise ValueError(f"{self.name}.{parameter.name}: {value.shape} for {channels}")
+            values[parameter.name] = value
+        return self.simulate(signal, context, values, chosen, state)
+
+
+@cache
+def all_effects() -> dict[str, Effect]:
+    """Every effect of this folder by name, in the order of stages, then of names."""
+    found: list[Effect] = []
+    for info in pkgutil.iter_modules(__path__):
+        if info.name not in _NOT_EFFECTS:
+            effect: Effect = importlib.import_module(f"{__name__}.{info.name}").EFFECT
+            found.append(effect)
+    found.sort(key=lambda effect: (STAGES.index(effect.stage), effect.name))
+    return {effect.name: effect for effect in found}
+
+
+def effect(name: str) -> Effect:
+    """The effect called ``name``. Raises ``SoftsenseError`` where there is none."""
+    try:
+        return all_effects()[name]
+    except KeyError:
+        raise SoftsenseError(
+            f"there is no effect {name!r}", remedy=f"effects are {', '.join(all_effects())}"
+        ) from None

@@ -1,0 +1,45 @@
+"""Drift: the network settles or ages with time alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import REFERENCE_S, Context, Effect, Floats, Parameter, State, Values
+
+
+def course(t_s: Floats, values: Values, form: str) -> Floats:
+    """(samples, channels): 0 at time 0 and 1 after ``REFERENCE_S``."""
+    t = np.maximum(t_s, 0.0)[:, None]
+    if form == "power":
+        return (t / REFERENCE_S) ** values["exponent"]
+    tau = values["tau_s"]
+    if form == "log":
+        return np.log1p(t / tau) / np.log1p(REFERENCE_S / tau)
+    return np.expm1(-t / tau) / np.expm1(-REFERENCE_S / tau)
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u + A d(t) (1 + b u)."""
+    change = values["amplitude"] * course(context.time_s(), values, form)
+    return u + change * (1.0 + values["by_signal"] * u), {}
+
+
+EFFECT = Effect(
+    name="drift",
+    stage="material",
+    mechanism="the conductive network settles or ages: the signal wanders with time alone",
+    equation="u + A d(t) (1 + b u), d(400 s) = 1; log: d ~ ln(1 + t/tau); "
+    "exponential: d ~ 1 - exp(-t/tau); power: d ~ t^a",
+    source="standard creep laws: logarithmic, exponential (Kelvin-Voigt), power (Findley)",
+    fingerprint="depends on the time since the start only",
+    parameters=(
+        Parameter("amplitude", "share of span", -0.5, 0.5, 0.05, "change after 400 s"),
+        Parameter("tau_s", "s", 1.0, 1000.0, 60.0, "log, exponential: time constant"),
+        Parameter("exponent", "1", 0.2, 1.5, 0.5, "power: exponent"),
+        Parameter("by_signal", "1", 0.0, 3.0, 0.0, "how much more at full strain than at rest"),
+    ),
+    simulate=simulate,
+    forms=("log", "exponential", "power"),
+)

@@ -1,0 +1,111 @@
+"""Rate-independent hysteresis: friction between filler, network and wire."""
+
+from __future__ import annotations
+
+from math import exp
+
+import numpy as np
+from numba import njit
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+
+# Stop operators of a Prandtl-Ishlinskii loop: with fewer, the corners of a loop show.
+_STOPS = 6
+
+
+@njit(cache=True)
+def _stops(u: Floats, thresholds: Floats, last: Floats, memory: Floats) -> Floats:
+    """Mean of stop operators, of size 1 when all slip. ``thresholds``, ``memory``: (c, stops).
+
+    A stop with threshold r follows the input's steps and is held within -r … r.
+    """
+    samples, channels = u.shape
+    stops = thresholds.shape[1]
+    output = np.empty((samples, channels))
+    for c in range(channels):
+        total = thresholds[c].sum()
+        before = last[c]
+        for k in range(samples):
+            step = u[k, c] - before
+            before = u[k, c]
+            held = 0.0
+            for j in range(stops):
+                r = thresholds[c, j]
+                memory[c, j] = min(max(memory[c, j] + step, -r), r)
+                held += memory[c, j]
+            output[k, c] = held / total
+        last[c] = before
+    return output
+
+
+@njit(cache=True)
+def _bouc_wen(u: Floats, threshold: Floats, beta: float, last: Floats, memory: Floats) -> Floats:
+    """dz = (du - beta |du| z - (1 - beta) du |z|) / threshold, solved exactly for each step."""
+    samples, channels = u.shape
+    output = np.empty((samples, channels))
+    for c in range(channels):
+        z = memory[c, 0]
+        before = last[c]
+        for k in range(samples):
+            way = u[k, c] - before
+            before = u[k, c]
+            sign = 1.0 if way > 0.0 else -1.0
+            # seen along the way: w = sign z rises from w0 towards 1
+            w, left = sign * z, abs(way) / threshold[c]
+            back = 2.0 * beta - 1.0
+            if w < 0.0 and left > 0.0:  # dw = 1 - back w until w = 0
+                need = -w if back == 0.0 else np.log(1.0 - back * w) / back
+                if left < need:
+                    w = (
+                        w + left
+                        if back == 0.0
+                        else (1.0 - (1.0 - back * w) * exp(-back * left)) / back
+                    )
+                    left = 0.0
+                else:
+                    w, left = 0.0, left - need
+            if left > 0.0:  # dw = 1 - w
+                w = 1.0 - (1.0 - w) * exp(-left)
+            z = sign * w
+            output[k, c] = z
+        memory[c, 0] = z
+        last[c] = before
+    return output
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u + amplitude z, with z within -1 … 1 (see ``EFFECT.equation``)."""
+    channels = u.shape[1]
+    threshold = np.maximum(values["threshold"], 1e-9)
+    stops = _STOPS if form == "prandtl_ishlinskii" else 1
+    if state is None:
+        last, memory = u[0].copy(), np.zeros((channels, stops))
+    else:
+        last, memory = state["last"].copy(), state["memory"].copy()
+    if form == "prandtl_ishlinskii":
+        ladder = threshold[:, None] * (np.arange(1, stops + 1) / stops)
+        z = _stops(u, ladder, last, memory)
+    else:
+        z = _bouc_wen(u, threshold, 0.5 if form == "bouc_wen" else 1.0, last, memory)
+    return u + values["amplitude"] * z, {"last": last, "memory": memory}
+
+
+EFFECT = Effect(
+    name="hysteresis",
+    stage="material",
+    mechanism="friction in the network: loading and unloading run on different branches",
+    equation="u + A z; prandtl_ishlinskii: z = mean of 6 stop operators with thresholds r/6 … r; "
+    "bouc_wen: dz = (du - |du| z / 2 - du |z| / 2) / r; dahl: dz = (du - |du| z) / r",
+    source="Prandtl-Ishlinskii: Visintin, Differential Models of Hysteresis (1994); "
+    "Bouc-Wen: Wen, J. Eng. Mech. Div. 102 (1976); Dahl, AIAA J. 14 (1976)",
+    fingerprint="loading differs from unloading, loop area independent of rate, constant in "
+    "holds, minor loops close",
+    parameters=(
+        Parameter("amplitude", "share of span", 0.005, 0.25, 0.05, "half the loop's height"),
+        Parameter("threshold", "share of span", 0.02, 0.6, 0.2, "way after a reversal to slip"),
+    ),
+    simulate=simulate,
+    forms=("prandtl_ishlinskii", "bouc_wen", "dahl"),
+)

@@ -1,0 +1,74 @@
+"""Operators that several effects are made of: filters, the play operator, the strain rate.
+
+Filters are exact for inputs that are straight between samples (first-order hold). A filter that
+holds its input over a sample would lag by half a sample, which at 20 Hz is as large as many of
+the effects that are to be simulated and diagnosed.
+"""
+
+from __future__ import annotations
+
+from math import exp, expm1
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+Floats = NDArray[np.float64]
+
+
+def first_order_hold(dt_s: float, tau_s: float) -> tuple[float, float, float]:
+    """(a, b0, b1) of y[k] = a y[k-1] + b0 u[k] + b1 u[k-1], i.e. of tau dy/dt = u - y.
+
+    Exact for u straight between samples. tau 0 (or far below a sample) gives y = u.
+    """
+    ratio = dt_s / tau_s if tau_s > 0 else np.inf
+    if ratio > 700.0:
+        return 0.0, 1.0, 0.0
+    a = exp(-ratio)
+    share = -expm1(-ratio) / ratio
+    return a, 1.0 - share, share - a
+
+
+def low_pass(
+    signal: Floats, dt_s: float, tau_s: Floats, memory: Floats | None, rest: Floats | None = None
+) -> tuple[Floats, Floats]:
+    """Each channel of ``signal`` (samples, channels) through 1 / (1 + tau p).
+
+    ``memory``: (2, channels), the last input and the last output, or None to start settled at
+    ``rest`` (the first sample where None). Returns the output and the new memory.
+    """
+    if memory is None:
+        start = signal[0] if rest is None else rest
+        memory = np.stack([start, start])
+    output = np.empty_like(signal)
+    for channel, tau in enumerate(tau_s):
+        a, b0, b1 = first_order_hold(dt_s, float(tau))
+        # The direct form's own state, from the last input and output.
+        zi = [b1 * memory[0, channel] + a * memory[1, channel]]
+        output[:, channel] = lfilter([b0, b1], [1.0, -a], signal[:, channel], zi=zi)[0]
+    return output, np.stack([signal[-1], output[-1]])
+
+
+def rate(strain: Floats, dt_s: float, previous: float | None) -> Floats:
+    """(samples,) change per second of ``strain`` since the sample before; 0 at the very first."""
+    first = strain[0] if previous is None else previous
+    return np.diff(strain, prepend=first) / dt_s
+
+
+@njit(cache=True)
+def play(signal: Floats, width: Floats, memory: Floats) -> Floats:
+    """Play operators: memory[c] follows signal[:, c] at most ``width[c] / 2`` away from it.
+
+    Changes ``memory`` (channels,) in place; returns (samples, channels).
+    """
+    samples, channels = signal.shape
+    output = np.empty((samples, channels))
+    for c in range(channels):
+        half = 0.5 * width[c]
+        y = memory[c]
+        for k in range(samples):
+            y = min(max(y, signal[k, c] - half), signal[k, c] + half)
+            output[k, c] = y
+        memory[c] = y
+    return output

@@ -1,0 +1,39 @@
+"""Overshoot: conductive paths break in motion, whichever way it goes, and form again."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects.operators import low_pass, rate
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u + A y (1 + b u), y = LP_tau(|v|), starting at rest."""
+    speed = np.abs(rate(context.strain, context.dt_s, None if state is None else state["strain"]))
+    speeds = np.broadcast_to(speed[:, None], u.shape)
+    memory = None if state is None else state["memory"]
+    broken, memory = low_pass(
+        speeds, context.dt_s, values["tau_s"], memory, rest=np.zeros(u.shape[1])
+    )
+    result = u + values["amplitude"] * broken * (1.0 + values["by_signal"] * u)
+    return result, {"memory": memory, "strain": float(context.strain[-1])}
+
+
+EFFECT = Effect(
+    name="overshoot",
+    stage="material",
+    mechanism="conductive paths break while the strain changes and form again at rest",
+    equation="u + A y (1 + b u), tau dy/dt = |v| - y, v the strain rate",
+    source="first-order breakdown and re-formation of the filler network, after the rate-dependent "
+    "peaks that Thuruthel et al. (2021), Figs 3 and 6, show",
+    fingerprint="even in the strain rate: a spike at fast moves in both directions",
+    parameters=(
+        Parameter("amplitude", "s * share of span", 0.005, 0.5, 0.05, "per strain range per s"),
+        Parameter("tau_s", "s", 0.1, 5.0, 0.8, "time to form again"),
+        Parameter("by_signal", "1", -1.0, 3.0, 0.0, "how much more at full strain than at rest"),
+    ),
+    simulate=simulate,
+)

@@ -1,0 +1,62 @@
+"""Viscoelastic relaxation: stress that a step of strain leaves behind decays in a hold."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects.operators import low_pass
+
+# Poles that stand for a fractional element, two per decade below its longest time.
+_POWER_POLES = 6
+_POWER_RATIO = 10.0**0.5
+
+
+def ladder(values: Values, form: str) -> tuple[Floats, Floats]:
+    """Weights and time constants, (channels, poles) each, of a Prony series.
+
+    ``power_law``: poles tau_s / sqrt(10)^j with weights proportional to tau^-exponent, which is
+    t^-exponent over the decades that the poles span; the weights sum to ``amplitude``.
+    """
+    amplitude, tau = values["amplitude"], values["tau_s"]
+    if form == "prony":
+        weights = amplitude if amplitude.ndim == 2 else amplitude[:, None]
+        times = tau if tau.ndim == 2 else tau[:, None]
+        shape = np.broadcast_shapes(weights.shape, times.shape)
+        return np.broadcast_to(weights, shape), np.broadcast_to(times, shape)
+    times = tau[:, None] / _POWER_RATIO ** np.arange(_POWER_POLES)
+    weights = times ** -values["exponent"][:, None]
+    return amplitude[:, None] * weights / weights.sum(axis=1, keepdims=True), times
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u + sum_i g_i (u - LP_tau_i u), settled at the first sample."""
+    weights, times = ladder(values, form)
+    result = u.copy()
+    memories = []
+    for pole in range(weights.shape[1]):
+        memory = None if state is None else state["memory"][pole]
+        slow, memory = low_pass(u, context.dt_s, times[:, pole], memory)
+        result += weights[:, pole] * (u - slow)
+        memories.append(memory)
+    return result, {"memory": np.stack(memories)}
+
+
+EFFECT = Effect(
+    name="relaxation",
+    stage="material",
+    mechanism="viscoelastic stress: what a fast change adds decays while the strain is held",
+    equation="u + sum_i g_i (u - y_i), tau_i dy_i/dt = u - y_i; power_law: g_i ~ tau_i^-a",
+    source="generalised Maxwell (Prony) model: Ferry, Viscoelastic Properties of Polymers (1980); "
+    "ladder of a fractional element: Schiessel and Blumen, J. Phys. A 26 (1993)",
+    fingerprint="decays in holds, signed, linear in the signal",
+    parameters=(
+        Parameter("amplitude", "share of span", 0.01, 0.5, 0.1, "share that relaxes, per pole"),
+        Parameter("tau_s", "s", 0.2, 200.0, 5.0, "time constant (power law: the longest)"),
+        Parameter("exponent", "1", 0.1, 0.7, 0.3, "power law only: decay as t^-exponent"),
+    ),
+    simulate=simulate,
+    forms=("prony", "power_law"),
+)
