@@ -23,26 +23,38 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 Labels = NDArray[np.int32]
+Weights = NDArray[np.float64]
 Unit = Literal["bits", "nats"]
 
 # Labels up to here index a counting table directly; larger or negative ones are renumbered first.
 DIRECT_LABELS = 1 << 16
 
 
-def entropy(x: ArrayLike, unit: Unit = "bits") -> float:
-    """H(X) of integer labels ``x``, (samples,) or (samples, variables) taken jointly."""
+def entropy(x: ArrayLike, unit: Unit = "bits", weights: Weights | None = None) -> float:
+    """H(X) of integer labels ``x``, (samples,) or (samples, variables) taken jointly.
+
+    With ``weights`` (samples,) the shares are shares of weight.
+    """
     columns, states = _columns(x)
-    sums = _table(len(columns[0]))
-    return _in(unit, _joint_entropy(columns, states, sums))
+    if weights is not None:
+        return _in(unit, _weighted_entropy(_joint_labels(columns, states), weights))
+    return _in(unit, _joint_entropy(columns, states, _table(columns.shape[1])))
 
 
-def mutual_information(x: ArrayLike, y: ArrayLike, unit: Unit = "bits") -> float:
+def mutual_information(
+    x: ArrayLike, y: ArrayLike, unit: Unit = "bits", weights: Weights | None = None
+) -> float:
     """I(X;Y) = H(X) + H(Y) - H(X,Y) of integer labels, (samples,) or (samples, variables) each."""
     first, first_states = _columns(x)
     second, second_states = _columns(y)
     _same_length(first, second)
     sums = _table(first.shape[1])
     states = max(first_states, second_states)
+    if weights is not None:
+        own, other = _joint_labels(first, states), _joint_labels(second, states)
+        both = _joint_labels(np.stack([own, other]), int(other.max()) + 1)
+        parts = [_weighted_entropy(label, weights) for label in (own, other, both)]
+        return _in(unit, parts[0] + parts[1] - parts[2])
     if len(first) == 1 and len(second) == 1:
         return _in(unit, _pair(first[0], second[0], states, sums))
     label = second[0] if len(second) == 1 else _joint_labels(second, second_states)
@@ -98,10 +110,10 @@ def subset_entropies(
     return own, joint, float(joint[0])
 
 
-def joint_labels(x: ArrayLike) -> Labels:
-    """Labels (samples,) that number the joint states of ``x`` (samples, variables)."""
-    columns, states = _columns(x)
-    return _joint_labels(columns, states)
+def _weighted_entropy(label: Labels, weights: Weights) -> float:
+    share = np.bincount(label, weights=weights) / weights.sum()
+    share = share[share > 0]
+    return float(-(share * np.log2(share)).sum())
 
 
 def _columns(x: ArrayLike) -> tuple[Labels, int]:
