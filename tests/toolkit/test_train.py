@@ -9,7 +9,7 @@ from softsense.errors import SoftsenseError
 from softsense.mlp import Mlp
 from softsense.recording import FrontEnd, Recording
 from softsense.train import fit
-from softsense.train.levenberg_marquardt import Weights, normal_equations, nguyen_widrow
+from softsense.train.levenberg_marquardt import Weights, nguyen_widrow, normal_equations
 
 
 def recording(samples: int = 1200, outputs: int = 1) -> Recording:
