@@ -24,6 +24,7 @@ from softsense.simulate import (
     random_motion,
     run,
     to_recording,
+    simulate,
     triangle,
 )
 from softsense.simulate.linear import MATRICES, draw_wires
@@ -56,6 +57,9 @@ def test_a_seed_is_a_rig_and_another_is_another() -> None:
     assert linear_rig(3) == linear_rig(3)
     assert linear_rig(3) != linear_rig(4)
     strain = random_motion(500, DT_S, 3)
+    np.testing.assert_array_equal(
+        simulate(linear_rig(3), 500, 3).codes, run(linear_rig(3), strain, 3).codes
+    )
     np.testing.assert_array_equal(
         run(linear_rig(3), strain, 3).codes, run(linear_rig(3), strain, 3).codes
     )

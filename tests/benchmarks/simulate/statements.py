@@ -30,7 +30,7 @@ from softsense.simulate.characterise import characterise, two_factor
 SAMPLES = 8000
 DT_S = 0.05
 DEGREE = {1: 5, 2: 4}
-MI_BINS = 16
+MI_BINS = 24
 PLATINUM = ("Dragon Skin 20", "Ecoflex 20")
 
 
@@ -55,7 +55,7 @@ def accuracies(codes: np.ndarray, strain: np.ndarray) -> dict[tuple[int, ...], f
             degree = DEGREE.get(size, 3)
             use = [i for i, t in enumerate(wanted) if set(t) <= set(subset) and len(t) <= degree]
             block = gram[np.ix_(use, use)]
-            ridge = 1e-9 * np.trace(block) / len(use) * np.eye(len(use))
+            ridge = 1e-6 * np.trace(block) / len(use) * np.eye(len(use))
             weights = np.linalg.solve(block + ridge, moment[use])
             left = power - 2 * weights @ moment_test[use]
             left += weights @ gram_test[np.ix_(use, use)] @ weights

@@ -42,7 +42,9 @@ UNREPEATABLE = 0.15
 
 @dataclass(frozen=True)
 class SensorCharacter:
-    """One sensor (``matrix`` as its rig says). Shares are of ``span_codes``, the span of its mean curve over the target.
+    """One sensor; ``matrix`` as its rig says.
+
+    Shares are of ``span_codes``, the span of its mean curve over the target.
 
     ``curve``: (bins,) mean code rising, falling and both, at ``Character.target_bins``; NaN where
     a bin is empty. ``relaxation``: (time constant in s, share) pairs. ``gauge_factor``: relative
