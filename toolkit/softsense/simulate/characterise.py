@@ -268,6 +268,8 @@ def _sensor(
         _bin_means(code, bins, rows) for rows in (np.ones_like(rising), rising, ~rising)
     )
     span = float(np.nanmax(both) - np.nanmin(both))
+    if span == 0.0:  # the motion filled one bin only: the sensor's own range must do
+        span = float(np.ptp(code))
     sign = 1.0 if np.corrcoef(y, code)[0, 1] >= 0 else -1.0
     slope, offset = np.polyfit(y, code, 1)
     straight = slope * y + offset
@@ -295,7 +297,7 @@ def _sensor(
         curve=both,
         curve_rising=up,
         curve_falling=down,
-        loop_area_share=float(np.nanmean(np.abs(up - down)) / span),
+        loop_area_share=_mean(np.abs(up - down)) / span,
         friction_share=float(sign * friction / span),
         drift_share=float(drift / span),
         drift_share_per_hour=float(drift / span * 3600.0 / shapes.length_s),
@@ -351,6 +353,12 @@ def _bin_means(values: Floats, bins: NDArray[np.intp], rows: NDArray[np.bool_]) 
     total = np.bincount(bins[rows], values[rows], minlength=BINS)
     means: Floats = np.where(count >= 3, total / np.maximum(count, 1), np.nan)
     return means
+
+
+def _mean(values: Floats) -> float:
+    """Mean of what is a number; NaN where nothing is, e.g. of a motion that never returns."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else float("nan")
 
 
 def _settling_s(relaxation: Sequence[tuple[float, float]]) -> float:
