@@ -6,7 +6,7 @@ semantics, not a translation of the C.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,9 +32,7 @@ class _Graph:
         self.nodes: list[onnx.NodeProto] = []
         self.constants: dict[str, NDArray[np.generic]] = {}
 
-    def node(
-        self, operator: str, *inputs: str, name: str | None = None, **attributes: object
-    ) -> str:
+    def node(self, operator: str, *inputs: str, name: str | None = None, **attributes: Any) -> str:
         from onnx import helper
 
         output = name or f"{operator.lower()}_{len(self.nodes)}"

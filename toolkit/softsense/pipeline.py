@@ -30,6 +30,7 @@ from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork, c_name
 
 Stage = Callable[[str], None]
+Rows = list[tuple[str, ...]]
 # What float32 arithmetic of the float ONNX adds to a difference, as a share of full scale.
 FLOAT32_SHARE = 2.0**-18
 # What a search over a sample of the box may have missed.
@@ -107,9 +108,9 @@ class Build:
             "files": list(self.export.files),
         }
 
-    def tables(self) -> list[tuple[str, tuple[str, ...], list[tuple[str, ...]]]]:
+    def tables(self) -> list[tuple[str, tuple[str, ...], Rows]]:
         """Title, header and rows of what a person wants to see at the end."""
-        accuracy = []
+        accuracy: Rows = []
         network = self.export.network
         assert network.accuracy is not None
         for index, output in enumerate(network.outputs):
@@ -123,11 +124,11 @@ class Build:
                     f"1/{output.full_scale / max(network.accuracy.worst[index], 1e-300):.0f}",
                 )
             )
-        mismatches = [
+        mismatches: Rows = [
             (c.evaluator, f"{c.mismatches} of {c.compared}", f"{c.seconds:.2f} s")
             for c in self.verification.comparisons
         ]
-        costs = [
+        costs: Rows = [
             (c.target, f"{c.flash} B", f"{c.ram} B", f"{c.stack} B") for c in self.export.costs
         ]
         header = ("target", "RMSE float", "RMSE fixed", "worst |fixed - float|", "of full scale")
@@ -201,7 +202,7 @@ def build(
     size = len(recording.sensors) if recipe.size is None else recipe.size
     stage(f"recording: {recording!r}")
     selection = select(recording, size)
-    ranking = rank(recording, size)
+    ranking = rank(recording)
     stage(f"selected: {', '.join(selection.sensors)}")
     stage("train")
     fitted = _fit(recording, selection.sensors, recipe)
@@ -221,6 +222,15 @@ def build(
     return Build(
         Path(out), recording, ranking, selection, fitted, exported, verification, rmse_fixed
     )
+
+
+def simulate_rig(path: str | Path, *, seed: int = 0, samples: int = 8000) -> Recording:
+    """A recording of pseudo-random motion on the rig that ``path`` (rig.toml) describes."""
+    from softsense.simulate import random_motion, read_rig, run, to_recording
+
+    rig = read_rig(Path(path))
+    motion = random_motion(samples, 1.0 / rig.rate_hz, seed)
+    return to_recording(rig, run(rig, motion, seed))
 
 
 def available() -> tuple[str, ...]:

@@ -22,7 +22,15 @@ from softsense.errors import SoftsenseError
 from softsense.mlp import Layer, Mlp, activate
 from softsense_codegen import bounds, reference
 from softsense_codegen.fixed import ACTIVATION_MAX, ONE, Table, table_error, tanh_table
-from softsense_codegen.network import Accuracy, Input, IntLayer, IntNetwork, Output, c_name
+from softsense_codegen.network import (
+    Accuracy,
+    Activation,
+    Input,
+    IntLayer,
+    IntNetwork,
+    Output,
+    c_name,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -77,7 +85,7 @@ class _Affine:
 
     weight: Floats
     bias: Floats
-    activation: str
+    activation: Activation
 
 
 def quantise(
@@ -264,7 +272,7 @@ class _Scale:
     origin: float  # added to the real sum (the table counts from -reach)
     shift: int
     fine: int
-    activation: str
+    activation: Activation
     unit: float
     zero: float
 
@@ -434,11 +442,12 @@ def _last_layer(
     """Output weights fitted to the float network through the integer activations ``a``."""
     truth = mlp.predict(points)
     full = _full_scale(mlp)
+    real: Floats = a * unit + zero
     unsigned = bool(last.weight.min() >= 0)
     word = 2.0**bits - 1 if unsigned else 2.0 ** (bits - 1) - 1
     words = (0.0 if unsigned else -word, word)
     rows = [
-        _output_row(a * unit + zero, last.weight[o], float(last.bias[o]), truth[:, o], words)
+        _output_row(real, last.weight[o], float(last.bias[o]), truth[:, o], words)
         for o in range(len(full))
     ]
     weight = np.stack([row for row, _ in rows])
