@@ -257,7 +257,7 @@ class _Problem:
                 moved += weight * unit
         z = self.x + moved
         low, high = float(z.min()), float(z.max())
-        # The old curve on the new range: straight beyond its ends, as the rig reads it.
+        # The old curve on the new range, level beyond its ends until it is solved anew.
         at = np.linspace(low, high, KNOTS)
         old = np.linspace(solution.low, solution.high, KNOTS)
         curve = np.interp(at, old, curve)
