@@ -112,7 +112,11 @@ def references(rec: Recording, seconds: float) -> list[dict[str, Any]]:
             best, kept = np.inf, y
             for seed in range(3):  # as many starts as the static network has
                 learner = MLPRegressor(
-                    (60,), activation="tanh", solver=solver, max_iter=iterations, random_state=seed
+                    hidden_layer_sizes=(60,),
+                    activation="tanh",
+                    solver=solver,
+                    max_iter=iterations,
+                    random_state=seed,
                 )
                 estimate = learner.fit(x[rows.train], y[rows.train]).predict(x)
                 error = np.mean((estimate - y)[rows.validation] ** 2)
