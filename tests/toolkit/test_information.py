@@ -90,6 +90,16 @@ def test_bits_and_nats_are_the_same_information() -> None:
         entropy(x, unit="bans")  # type: ignore[arg-type]
 
 
+def test_a_weight_counts_a_sample_so_many_times() -> None:
+    x, y = codes(3, 300, 2, 9).T
+    weights = np.random.default_rng(3).integers(1, 4, 300)
+    whole = weights.astype(float)
+    again = np.repeat(np.arange(300), weights)
+    assert entropy(x, weights=whole) == pytest.approx(entropy(x[again]), abs=EXACT)
+    direct = mutual_information(x[again], y[again])
+    assert mutual_information(x, y, weights=whole) == pytest.approx(direct, abs=EXACT)
+
+
 def test_many_wide_variables_do_not_overflow() -> None:
     """Twenty variables of 15 bits: 2**300 joint states, none of which is ever numbered."""
     rng = np.random.default_rng(0)

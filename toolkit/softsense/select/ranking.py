@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from softsense.errors import SoftsenseError
 from softsense.information import (
@@ -197,10 +198,12 @@ def rank(
     size = min(GREEDY_SIZE, len(rec.sensors)) if max_size is None else max_size
     if exhaustive and max_size is None:
         size = len(rec.sensors)
-    if exhaustive:
-        scored = _exhaustive(rec, size, weights)
-    else:
-        scored = _forward(rec, size, weights, criterion)
+    # One thread: no rounding then depends on the number of cores, and small matrices gain nothing.
+    with threadpool_limits(limits=1, user_api="blas"):
+        if exhaustive:
+            scored = _exhaustive(rec, size, weights)
+        else:
+            scored = _forward(rec, size, weights, criterion)
     begin = time.process_time()
     counted = _plug_in(rec, list(scored.score), weights, exhaustive)
     plug_in_s = time.process_time() - begin
