@@ -226,21 +226,22 @@ def build(
 
 def simulate_rig(path: str | Path, *, seed: int = 0, samples: int = 8000) -> Recording:
     """A recording of pseudo-random motion on the rig that ``path`` (rig.toml) describes."""
-    from softsense.simulate import random_motion, read_rig, run, to_recording
+    from softsense.simulate import read_rig, simulate
 
-    rig = read_rig(Path(path))
-    motion = random_motion(samples, 1.0 / rig.rate_hz, seed)
-    return to_recording(rig, run(rig, motion, seed))
+    return simulate(read_rig(Path(path)), samples=samples, seed=seed)
 
 
 def available() -> tuple[str, ...]:
     """The evaluators that this machine can run."""
-    from softsense.device import boards
+    from softsense.device.boards import boards, read_board
 
     found = ["reference", "onnxruntime"]
     if shutil.which("gcc") or shutil.which("clang") or os.environ.get("CI"):
         found += ["host", "emulate:host"]
-    found += [f"qemu:{board.name}" for board in boards() if board.name != "host" and board.usable]
+    for name in boards():
+        board = read_board(name)
+        if name != "host" and shutil.which(board.compiler) and shutil.which(board.run[0]):
+            found.append(f"qemu:{name}")
     return tuple(found)
 
 

@@ -446,7 +446,7 @@ def _last_layer(
     """Output weights fitted to the float network through the integer activations ``a``."""
     truth = mlp.predict(points)
     full = _full_scale(mlp)
-    real: Floats = a * unit + zero
+    real = (a * unit + zero).astype(np.float64)
     unsigned = bool(last.weight.min() >= 0)
     word = 2.0**bits - 1 if unsigned else 2.0 ** (bits - 1) - 1
     words = (0.0 if unsigned else -word, word)
