@@ -298,9 +298,7 @@ class Device(AbstractContextManager["Device"]):
         for answer in self._exchange(requests()):
             used, flags, uncalibrated, failed, count = fixed.unpack_from(answer)
             values = np.frombuffer(answer, "<i4", offset=fixed.size).astype(np.int32)
-            yield Verdict(
-                values.reshape(count, outputs), used, Flag(flags), uncalibrated, failed
-            )
+            yield Verdict(values.reshape(count, outputs), used, Flag(flags), uncalibrated, failed)
 
     def stream(self, rate_hz: float) -> None:
         """Let the board estimate its own samples ``rate_hz`` times a second; 0: stop."""
@@ -621,6 +619,4 @@ def _pause(seconds: float) -> None:
 
 def physical(network: Network, estimate: Sequence[int] | Estimates) -> list[float]:
     """Estimates of one row in the outputs' units: (y - zero) * lsb."""
-    return [
-        (int(y) - zero) * lsb for y, (lsb, zero) in zip(estimate, network.scales, strict=True)
-    ]
+    return [(int(y) - zero) * lsb for y, (lsb, zero) in zip(estimate, network.scales, strict=True)]
