@@ -7,13 +7,25 @@ import sys
 from pathlib import Path
 
 import pytest
+
 from softsense.cli.main import build_parser, main
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMANDS = (
-    "simulate characterise rank train export verify build device emulate calibrate diagnose "
-    "augment effects"
-).split()
+COMMANDS = [
+    "simulate",
+    "characterise",
+    "rank",
+    "train",
+    "export",
+    "verify",
+    "build",
+    "device",
+    "emulate",
+    "calibrate",
+    "diagnose",
+    "augment",
+    "effects",
+]
 
 
 def test_every_command_of_the_design_is_there_and_teaches(capsys: pytest.CaptureFixture) -> None:
@@ -59,7 +71,10 @@ def test_a_mistake_is_one_line_on_stderr_and_exit_1(
 ) -> None:
     bad = tmp_path / "bad.csv"
     bad.write_text("t_s,strain,s1\n0,0.1,100\n0.05,oops,101\n" + "0.1,0.2,7\n" * 20)
-    for command in (["rank", str(bad)], ["build", str(bad), "--size", "1", "-o", str(tmp_path / "o")]):
+    for command in (
+        ["rank", str(bad)],
+        ["build", str(bad), "--size", "1", "-o", str(tmp_path / "o")],
+    ):
         assert main(command) == 1
         printed = capsys.readouterr()
         assert printed.out == ""

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from softsense.errors import SoftsenseError
 from softsense.recording import FrontEnd, parse_front_end, read, split, unit_of, write
 

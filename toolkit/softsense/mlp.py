@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,7 +13,8 @@ from softsense.errors import SoftsenseError
 
 Floats = NDArray[np.float64]
 
-ACTIVATIONS = ("tanh", "relu", "sigmoid", "linear")
+Activation = Literal["tanh", "relu", "sigmoid", "linear"]
+ACTIVATIONS: tuple[Activation, ...] = ("tanh", "relu", "sigmoid", "linear")
 
 
 def activate(kind: str, z: Floats) -> Floats:
@@ -36,7 +37,7 @@ class Layer:
 
     weight: Floats
     bias: Floats
-    activation: str
+    activation: Activation
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ from softsense.errors import SoftsenseError
 from softsense_codegen.atomic import write_text
 
 TIME_COLUMN = "t_s"
+# Truth and surroundings as the built-in rigs name them: never taken for sensors unless asked to.
+KNOWN_CONTEXT = ("temp_c", "strain", "x_px", "y_px", "bend_deg", "pressure_kpa")
 # A step that differs from the median by more than this share is not a uniform clock: it leaves
 # room for time stamps rounded to 1 ms at 20 Hz, and none for a missing sample.
 TIME_STEP_TOLERANCE = 0.2
@@ -269,9 +271,9 @@ def read(
     """Read a recording from CSV, .npz, .mat or .parquet.
 
     ``target``, ``sensors``, ``context``: column names, as a list or joined by commas; sensors
-    default to every remaining numeric column. Integer-valued sensor columns are ADC codes of
-    ``adc_bits`` bits; others are physical values and go through ``front_end``
-    (see ``parse_front_end``).
+    default to every remaining numeric column that is not one of ``KNOWN_CONTEXT``.
+    Integer-valued sensor columns are ADC codes of ``adc_bits`` bits; others are physical values
+    and go through ``front_end`` (see ``parse_front_end``).
 
     Raises ``SoftsenseError`` with file, row and column for whatever is wrong.
     """
@@ -295,7 +297,7 @@ def read(
             )
     if not targets:
         raise SoftsenseError("no target column was named", where=str(path), remedy="--target NAME")
-    special = {TIME_COLUMN, *targets, *contexts, *(n for n in names if n == "temp_c")}
+    special = {TIME_COLUMN, *targets, *contexts, *KNOWN_CONTEXT}
     if chosen is None:
         chosen = tuple(name for name in names if name not in special)
     for name in chosen:
@@ -332,7 +334,8 @@ def read(
     codes = np.stack(
         [end.encode(columns[name]) for name, end in zip(chosen, ends, strict=True)], axis=1
     )
-    extra = (*contexts, *(n for n in ("temp_c",) if n in columns and n not in chosen))
+    known = (n for n in KNOWN_CONTEXT if n in columns and n not in (*targets, *chosen))
+    extra = (*contexts, *known)
     return Recording(
         name=path.stem,
         sensors=chosen,

@@ -8,13 +8,13 @@ quadratic form of that fold's Gram matrix. No subset touches the samples again.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg.lapack import dposv
 
 Floats = NDArray[np.float64]
 
@@ -22,8 +22,8 @@ DEGREE = 4
 # Folds are contiguous in time: neighbours in time are nearly copies, and a fold that is drawn
 # sample by sample would test on what it has trained on.
 FOLDS = 10
-# Of the mean diagonal of the Gram matrix; small, because the basis is nearly orthogonal.
-RIDGE = 1e-6
+# Per sample and squared weight; the best of them by held-out error is taken for each subset.
+RIDGES = (1e-7, 1e-5, 1e-3)
 
 
 @dataclass(frozen=True)
@@ -62,53 +62,86 @@ def basis(sensors: int, degree: int = DEGREE) -> Basis:
 
 @dataclass(frozen=True)
 class Moments:
-    """Per fold: Gram matrix, moments with the targets, and the targets' own second moments."""
+    """Per fold: the features, their Gram matrix, and the moments with and of the targets."""
 
     basis: Basis
+    features: tuple[Floats, ...]  # folds of (samples in the fold, features)
     gram: Floats  # (folds, features, features)
     cross: Floats  # (folds, features, targets)
-    square: Floats  # (folds, targets)
-    counts: NDArray[np.int64]
+    square: Floats  # (folds, targets, targets)
+    mass: Floats  # (folds,) sum of the weights
 
 
-def moments(x: Floats, y: Floats, degree: int = DEGREE, folds: int = FOLDS) -> Moments:
-    """Moments of ``x`` (samples, sensors) in [-1, 1] with ``y`` (samples, targets), unit variance."""
+@dataclass(frozen=True)
+class HeldOut:
+    """A subset's ridge regression: second moments of its held-out error, and its weights.
+
+    ``error``: (targets, targets), mean over all samples, each predicted by the fold that never
+    saw it. ``weights``: (folds, features of ``part``, targets).
+    """
+
+    error: Floats
+    part: NDArray[np.intp]
+    weights: Floats
+
+
+def moments(x: Floats, y: Floats, weights: Floats, degree: int = DEGREE) -> Moments:
+    """Moments of sensors ``x`` in [-1, 1] with standardised targets ``y``, (samples, …) each.
+
+    ``weights`` (samples,) counts each sample so many times.
+    """
     products = basis(x.shape[1], degree)
-    parts = np.array_split(np.arange(len(x)), folds)
-    gram, cross, square = [], [], []
-    for part in parts:
-        features = products.features(x[part])
-        gram.append(features.T @ features)
-        cross.append(features.T @ y[part])
-        square.append((y[part] ** 2).sum(axis=0))
+    features, gram, cross, square, mass = [], [], [], [], []
+    for part in np.array_split(np.arange(len(x)), FOLDS):
+        own = products.features(x[part])
+        weighted = own * weights[part, None]
+        features.append(own)
+        gram.append(weighted.T @ own)
+        cross.append(weighted.T @ y[part])
+        square.append((y[part] * weights[part, None]).T @ y[part])
+        mass.append(float(weights[part].sum()))
     return Moments(
         products,
+        tuple(features),
         np.asarray(gram),
         np.asarray(cross),
         np.asarray(square),
-        np.asarray([len(part) for part in parts]),
+        np.asarray(mass),
     )
 
 
-def held_out_error(known: Moments, subsets: Iterable[Sequence[int]]) -> Floats:
-    """Held-out mean squared error (subsets, targets) of each subset's ridge regression."""
-    total, total_cross = known.gram.sum(axis=0), known.cross.sum(axis=0)
-    samples = int(known.counts.sum())
-    result = []
-    for subset in subsets:
-        part = known.basis.part(subset)
-        block = np.ix_(part, part)
-        error = np.zeros(known.square.shape[1])
-        for fold in range(len(known.counts)):
-            own = known.gram[fold][block]
-            left = total[block] - own
-            left[np.diag_indices_from(left)] += RIDGE * (samples - known.counts[fold])
-            right = total_cross[part] - known.cross[fold][part]
-            weight = cho_solve(cho_factor(left, check_finite=False), right)
-            error += (
-                known.square[fold]
-                - 2 * np.sum(weight * known.cross[fold][part], axis=0)
-                + np.sum(weight * (own @ weight), axis=0)
-            )
-        result.append(error / samples)
-    return np.asarray(result)
+def held_out(known: Moments, subset: Sequence[int]) -> HeldOut:
+    """The ridge regression of ``subset``, at the ridge whose held-out error is least."""
+    part = known.basis.part(subset)
+    block = np.ix_(part, part)
+    gram = np.stack([one[block] for one in known.gram])
+    cross = known.cross[:, part]
+    total, total_cross = gram.sum(axis=0), cross.sum(axis=0)
+    whole = float(known.mass.sum())
+    best: HeldOut | None = None
+    for ridge in RIDGES:
+        error = np.zeros(known.square.shape[1:])
+        weights = np.empty_like(cross)
+        for fold, mass in enumerate(known.mass):
+            left = total - gram[fold]
+            left[np.diag_indices_from(left)] += ridge * (whole - mass)
+            # LAPACK directly: the checks of the friendlier calls cost more than small systems
+            _, weight, _ = dposv(left, total_cross - cross[fold], lower=True, overwrite_a=True)
+            weights[fold] = weight
+            mixed = weight.T @ cross[fold]
+            error += known.square[fold] - mixed - mixed.T + weight.T @ (gram[fold] @ weight)
+        error /= whole
+        if best is None or np.linalg.det(error) < np.linalg.det(best.error):
+            best = HeldOut(error, part, weights)
+    assert best is not None
+    return best
+
+
+def predictions(known: Moments, fitted: HeldOut) -> Floats:
+    """Estimates (samples, targets), each from the folds that it is not in."""
+    return np.concatenate(
+        [
+            features[:, fitted.part] @ weight
+            for features, weight in zip(known.features, fitted.weights, strict=True)
+        ]
+    )

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
+
+from softsense.recording import TIME_COLUMN, read
 
 Floats = NDArray[np.float64]
 
@@ -54,3 +58,13 @@ def triangle(
     phase = (dt_s * np.arange(start, start + samples) / period_s) % 1.0
     result: Floats = amplitude * (1.0 - np.abs(2.0 * phase - 1.0))
     return result
+
+
+def read_motion(path: Path, target: str) -> tuple[Floats, float, Floats | None]:
+    """Column ``target`` of a file in its own unit, its sample rate in Hz, and ``temp_c``.
+
+    Raises ``SoftsenseError`` as ``softsense.recording.read`` does, also without a time column.
+    """
+    # Sensors play no role here; the time column stands in, for a motion has no other.
+    motion = read(path, target=target, sensors=(TIME_COLUMN,))
+    return motion.target[:, 0], 1.0 / motion.dt_s, motion.context.get("temp_c")

@@ -2,7 +2,7 @@
 
 A sensor's chain, every quantity a share of its nominal span (0 at rest, 1 at full strain)::
 
-    x       strain that the sensor feels: the body's strain with the effects "motion"
+    x       strain that the sensor feels: the body's, transferred, with the effects "motion"
     stress  tension(x) with the effects "stress"
     u       curve((1 - stress_share) x + stress_share * stress) with the effects "response"
     R       base_ohm (1 + span u)
@@ -42,7 +42,8 @@ Value = float | tuple[float, ...] | tuple[tuple[float, ...], ...]
 class Sensor:
     """One wire. ``curve``: u at equally spaced strains ``curve_low`` … ``curve_high`` (shares of
     the strain range), straight between and beyond. ``tension``: the settled stress is
-    (1 - tension) x + tension x^3.
+    (1 - tension) x + tension x^3. ``transfer``: strain that reaches the sensor, as a share of the
+    body's; ``along``: where it lies on a finger, from 0 at the root to 1 at the tip.
     """
 
     name: str
@@ -56,6 +57,8 @@ class Sensor:
     curve_high: float = 1.0
     stress_share: float = 0.0
     tension: float = 0.0
+    along: float = 0.0
+    transfer: float = 1.0
 
     def __post_init__(self) -> None:
         if len(self.curve) < 2 or self.curve_high <= self.curve_low:
@@ -90,7 +93,11 @@ class Placed:
 
 @dataclass(frozen=True)
 class Rig:
-    """Sensors under one motion. ``low``, ``high``: the target at rest and at full strain."""
+    """Sensors under one motion.
+
+    ``target``: the quantity that drives the rig, ``low`` at rest and ``high`` at full strain: the
+    strain itself, or the pressure of a finger.
+    """
 
     name: str
     sensors: tuple[Sensor, ...]

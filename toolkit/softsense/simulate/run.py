@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.effects import Context, State, effect
+from softsense.simulate.finger import Pose, move
 from softsense.simulate.rig import Place, Placed, Rig
 
 Floats = NDArray[np.float64]
@@ -16,21 +17,28 @@ Codes = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class RigState:
-    """Where a run stood: samples so far and the state of every effect in order."""
+    """Where a run stood: samples so far, the state of every effect in order, and the body's."""
 
     samples: int
     effects: tuple[State, ...]
+    body: State
 
 
 @dataclass(frozen=True)
 class Run:
-    """What the sensors did, (samples, sensors) each: ``stress`` and ``ohm`` as the matter has
-    them, ``codes`` as the ADC gives them, and the ``state`` at the end.
+    """What happened, in samples.
+
+    ``strain``: (samples,) as driven, a share of the rig's range. ``stress``, ``ohm``, ``volts``,
+    ``codes``: (samples, sensors); ``stress`` and ``volts`` are shares of their scales.
+    ``pose``: the finger's, where the body is one. ``state``: at the end.
     """
 
+    strain: Floats
     stress: Floats
     ohm: Floats
+    volts: Floats
     codes: Codes
+    pose: Pose | None
     state: RigState
 
 
@@ -41,18 +49,23 @@ def run(
     state: RigState | None = None,
     temp_c: Floats | None = None,
 ) -> Run:
-    """Drive ``rig`` with ``strain``: (samples,) or (samples, sensors), shares of its range.
+    """Drive ``rig`` with ``strain``: (samples,) shares of the rig's range.
 
     Two runs, the second with the ``state`` of the first, give the samples of one. ``seed`` draws
     all that is random in the effects; it is not used again where a ``state`` is given.
     """
-    channels = len(rig.sensors)
-    felt = np.repeat(strain[:, None], channels, axis=1) if strain.ndim == 1 else strain
-    shared = np.ascontiguousarray(felt.mean(axis=1)) if strain.ndim == 2 else strain
     done = 0 if state is None else state.samples
     dt_s = 1.0 / rig.rate_hz
     lsb = 1.0 / (2**rig.adc_bits - 1)
     after: list[State] = [{} for _ in rig.effects]
+    body: State = {}
+    pose = None
+    felt = np.repeat(strain[:, None], len(rig.sensors), axis=1)
+    if rig.body == "finger":
+        pose, body = move(strain, dt_s, state.body if state else None)
+        along = _row(rig, "along")
+        felt = pose.arcs[:, :1] * (1.0 - along) + pose.arcs[:, 1:] * along
+    shared = np.ascontiguousarray(felt.mean(axis=1)) if pose else strain
 
     def stage(signal: Floats, place: Place) -> Floats:
         for index, placed in enumerate(rig.effects):
@@ -63,19 +76,22 @@ def run(
                 signal, after[index] = _apply(rig, placed, signal, context, before)
         return signal
 
-    x = stage(felt, "motion")
-    tension = np.array([sensor.tension for sensor in rig.sensors])
+    x = stage(felt * _row(rig, "transfer"), "motion")
+    tension, share = _row(rig, "tension"), _row(rig, "stress_share")
     stress = stage((1.0 - tension) * x + tension * x**3, "stress")
-    share = np.array([sensor.stress_share for sensor in rig.sensors])
     response = stage(_curves(rig, (1.0 - share) * x + share * stress), "response")
-    base = np.array([sensor.base_ohm for sensor in rig.sensors])
-    span = np.array([sensor.span for sensor in rig.sensors])
-    ohm = np.maximum(base * (1.0 + span * response), 0.0)
-    reference = np.array([sensor.reference_ohm for sensor in rig.sensors])
-    volts = stage(ohm / (ohm + reference), "electrical")
+    ohm = np.maximum(_row(rig, "base_ohm") * (1.0 + _row(rig, "span") * response), 0.0)
+    volts = stage(ohm / (ohm + _row(rig, "reference_ohm")), "electrical")
     top = 2**rig.adc_bits - 1
     codes = np.clip(np.floor(volts * top + 0.5), 0, top).astype(np.int32)
-    return Run(stress, ohm, codes, RigState(done + len(felt), tuple(after)))
+    return Run(
+        strain, stress, ohm, volts, codes, pose, RigState(done + len(strain), tuple(after), body)
+    )
+
+
+def _row(rig: Rig, name: str) -> Floats:
+    """One number of every sensor, (sensors,)."""
+    return np.array([getattr(sensor, name) for sensor in rig.sensors], dtype=np.float64)
 
 
 def _apply(

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
+from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from softsense.recording import Recording
+from softsense.select import Ranking
+from softsense.train.all_subsets import Trained
+from softsense.train.comparison import Agreement
 from softsense.train.fitting import Fit
 from softsense_codegen.atomic import write_bytes, write_text
 
@@ -47,3 +53,32 @@ def summary(fit: Fit) -> dict[str, Any]:
         },
         "history": {"train_mse": fit.train_mse, "validation_mse": fit.validation_mse},
     }
+
+
+def save_table(
+    folder: Path, ranking: Ranking, trained: Sequence[Trained], agreement: Sequence[Agreement]
+) -> None:
+    """Write subsets.csv, one row per subset, and all.json, how well the ranking foretold them."""
+    known = {one.sensors: one for one in trained}
+    order = tuple(ranking.singles)
+    buffer = io.StringIO()
+    table = csv.writer(buffer, lineterminator="\n")
+    parts = ("train", "validation", "test")
+    header = [f"rmse_{part}_{target}" for target in ranking.targets for part in parts]
+    table.writerow(
+        ["sensors", "size", "score", "mi_bits", "mi_lower_bits", "accuracy", *header, "status"]
+    )
+    for subset in ranking.subsets:
+        one = known[tuple(sorted(subset.sensors, key=order.index))]
+        errors = [one.rmse[part][i] for i in range(len(ranking.targets)) for part in parts]
+        measures = [subset.score, subset.mi_bits, subset.mi_lower_bits, one.accuracy, *errors]
+        numbers = ["" if value is None else f"{value:.9g}" for value in measures]
+        table.writerow([" ".join(subset.sensors), len(subset.sensors), *numbers, one.status])
+    write_text(folder / "subsets.csv", buffer.getvalue())
+    data = {
+        "schema": "softsense.all_subsets/1",
+        "targets": list(ranking.targets),
+        "subsets": len(trained),
+        "agreement": [asdict(one) for one in agreement],
+    }
+    write_text(folder / "all.json", json.dumps(data, indent=1) + "\n")

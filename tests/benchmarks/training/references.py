@@ -1,0 +1,217 @@
+"""The static network against other learners on the same rows, and the time of all subsets.
+
+    python tests/benchmarks/training/references.py [RECORDING] [--target NAME] [--json FILE]
+
+Without a recording, the built-in linear rig (seven sensors, 8000 samples). Prints test RMSE and
+ratios of mean squared error to the static network's: scikit-learn's MLPRegressor (lbfgs and adam,
+60 tanh units), k nearest neighbours, and two that use history, a linear model on lagged inputs and
+a small GRU; then the weight decay's effect; with --all, the wall time of every subset.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import sys
+import tempfile
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.linear_model import Ridge
+from sklearn.neighbors import KNeighborsRegressor
+from sklearn.neural_network import MLPRegressor
+
+from softsense import recording
+from softsense.recording import Recording, Split
+from softsense.select import select
+from softsense.simulate import linear_rig, random_motion, run, to_recording
+from softsense.train import Settings, fit, fit_all
+from softsense.train.fitting import DECAY
+
+LAGS = 20
+NEIGHBOURS = (1, 2, 4, 8, 16, 32)
+GRU_UNITS = 32
+GRU_WINDOW = 40
+
+
+def scaled(rec: Recording, rows: Split) -> tuple[np.ndarray, np.ndarray, float]:
+    """Inputs and the first target in [-1, 1] on training rows, and the target's unit per 1."""
+    low, high = rec.codes[rows.train].min(axis=0), rec.codes[rows.train].max(axis=0)
+    target = rec.target[:, 0]
+    down, up = target[rows.train].min(), target[rows.train].max()
+    half = (up - down) / 2
+    return (2.0 * rec.codes - low - high) / (high - low), (target - down) / half - 1, float(half)
+
+
+def lagged(x: np.ndarray) -> np.ndarray:
+    """Each row with the ``LAGS`` rows before it (the first row repeated before the start)."""
+    index = np.maximum(np.arange(len(x))[:, None] - np.arange(LAGS + 1), 0)
+    return x[index].reshape(len(x), -1)
+
+
+def gru(x: np.ndarray, y: np.ndarray, rows: Split, seconds: float) -> np.ndarray:
+    """Estimates of a GRU over the last two seconds, stopped on validation or after ``seconds``."""
+    import torch
+
+    torch.manual_seed(0)
+    torch.set_num_threads(os.cpu_count() or 1)
+    index = np.maximum(np.arange(len(x))[:, None] - np.arange(GRU_WINDOW)[::-1], 0)
+    windows = torch.tensor(x[index], dtype=torch.float32)
+    truth = torch.tensor(y, dtype=torch.float32)
+    cell = torch.nn.GRU(x.shape[1], GRU_UNITS, batch_first=True)
+    head = torch.nn.Linear(GRU_UNITS, 1)
+    parameters = [*cell.parameters(), *head.parameters()]
+    optimiser = torch.optim.Adam(parameters, lr=4e-3)
+
+    def estimate(part: Any) -> torch.Tensor:
+        return head(cell(windows[part])[0][:, -1])[:, 0]
+
+    best, kept = np.inf, np.zeros(len(y))
+    begin = time.perf_counter()
+    while time.perf_counter() - begin < seconds:
+        for batch in torch.randperm(len(rows.train)).split(128):
+            part = rows.train[batch.numpy()]
+            optimiser.zero_grad()
+            torch.mean((estimate(part) - truth[part]) ** 2).backward()
+            optimiser.step()
+        with torch.no_grad():
+            error = float(torch.mean((estimate(rows.validation) - truth[rows.validation]) ** 2))
+            if error < best:
+                best = error
+                kept = torch.cat([estimate(p) for p in torch.arange(len(y)).split(2000)]).numpy()
+        for group in optimiser.param_groups:
+            group["lr"] *= 0.97
+    return kept
+
+
+def references(rec: Recording, seconds: float) -> list[dict[str, Any]]:
+    """Test RMSE, its MSE over the static network's, and seconds of wall time."""
+    begin = time.perf_counter()
+    own = fit(rec)
+    rows = own.split
+    result = [{"learner": "LM, 60 tanh", "history": "no", "rmse": own.rmse["test"][0]}]
+    spent = [time.perf_counter() - begin]
+    x, y, unit = scaled(rec, rows)
+    known = np.sort(np.concatenate([rows.train, rows.validation]))
+
+    def add(name: str, history: str, estimate: np.ndarray, begin: float) -> None:
+        error = unit * (estimate - y)[rows.test]
+        rmse = float(np.sqrt(np.mean(error**2)))
+        result.append({"learner": name, "history": history, "rmse": rmse})
+        spent.append(time.perf_counter() - begin)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ConvergenceWarning)
+        for solver, iterations in (("lbfgs", 1500), ("adam", 300)):
+            begin = time.perf_counter()
+            best, kept = np.inf, y
+            for seed in range(3):  # as many starts as the static network has
+                learner = MLPRegressor(
+                    hidden_layer_sizes=(60,),
+                    activation="tanh",
+                    solver=solver,
+                    max_iter=iterations,
+                    random_state=seed,
+                )
+                estimate = learner.fit(x[rows.train], y[rows.train]).predict(x)
+                error = np.mean((estimate - y)[rows.validation] ** 2)
+                if error < best:
+                    best, kept = error, estimate
+            add(f"MLPRegressor {solver}", "no", kept, begin)
+    begin = time.perf_counter()
+    tried = [
+        KNeighborsRegressor(k).fit(x[rows.train], y[rows.train]).predict(x) for k in NEIGHBOURS
+    ]
+    validation = [np.mean((estimate - y)[rows.validation] ** 2) for estimate in tried]
+    add("nearest neighbours", "no", tried[int(np.argmin(validation))], begin)
+    begin = time.perf_counter()
+    add("linear", "no", Ridge(1e-6).fit(x[known], y[known]).predict(x), begin)
+    begin = time.perf_counter()
+    past = lagged(x)
+    add(f"linear, {LAGS} lags", "yes", Ridge(1e-3).fit(past[known], y[known]).predict(past), begin)
+    begin = time.perf_counter()
+    add(f"GRU {GRU_UNITS}, {GRU_WINDOW} steps", "yes", gru(x, y, rows, seconds), begin)
+    for row, time_s in zip(result, spent, strict=True):
+        row["mse_over_lm"] = (row["rmse"] / own.rmse["test"][0]) ** 2
+        row["seconds"] = time_s
+    return result
+
+
+def decays(rec: Recording) -> list[dict[str, Any]]:
+    """Validation and test RMSE (mean over seeds), and sum |w2|, for several weight decays."""
+    result = []
+    for decay in (0.0, 1e-4, 1e-3, 1e-2, 1e-1):
+        fits = [fit(rec, seed=seed, restarts=1, decay=decay) for seed in range(3)]
+        result.append(
+            {
+                "decay": decay,
+                "default": "yes" if decay == DECAY else "",
+                "validation": float(np.mean([one.rmse["validation"][0] for one in fits])),
+                "test": float(np.mean([one.rmse["test"][0] for one in fits])),
+                "sum_w2": float(np.mean([np.abs(o.mlp.layers[1].weight).sum() for o in fits])),
+            }
+        )
+    return result
+
+
+def every_subset(rec: Recording, epochs: int) -> list[dict[str, Any]]:
+    """Wall and CPU time of all subsets, on every core."""
+    jobs = os.cpu_count() or 1
+    with tempfile.TemporaryDirectory() as folder:
+        begin = time.perf_counter()
+        trained = fit_all(rec, Path(folder), Settings(max_epochs=epochs), jobs=jobs)
+        wall = time.perf_counter() - begin
+    mean = float(np.mean([one.epochs for one in trained]))
+    return [{"networks": len(trained), "jobs": jobs, "wall_s": wall, "mean_epochs": mean}]
+
+
+def show(title: str, rows: list[dict[str, Any]]) -> None:
+    """An aligned table."""
+    table = [list(rows[0]), *([cell(value) for value in row.values()] for row in rows)]
+    widths = [max(len(row[column]) for row in table) for column in range(len(table[0]))]
+    print(f"\n{title}")
+    for row in table:
+        print("  " + "  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)))
+
+
+def cell(value: Any) -> str:
+    return "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("recording", nargs="?", type=Path)
+    parser.add_argument("--target", default="strain")
+    parser.add_argument("--size", type=int, default=2, help="the best so many sensors, and all")
+    parser.add_argument("--gru-seconds", type=float, default=45.0, help="bound for each GRU")
+    parser.add_argument("--all", action="store_true", help="time the training of every subset")
+    parser.add_argument("--max-epochs", type=int, default=80, help="with --all (default 80)")
+    parser.add_argument("--json", type=Path, metavar="FILE")
+    args = parser.parse_args()
+    if args.recording is None:
+        rig, strain = linear_rig(0), random_motion(8000, 0.05, 0)
+        rec = to_recording(rig, run(rig, strain, 0))
+    else:
+        rec = recording.read(args.recording, target=args.target)
+    result: dict[str, Any] = {}
+    for sensors in dict.fromkeys([select(rec, args.size).sensors, rec.sensors]):
+        name = " ".join(sensors)
+        part = rec.with_sensors(sensors)
+        result[name] = {"learners": references(part, args.gru_seconds), "decay": decays(part)}
+        show(f"{name}: test RMSE of {rec.targets[0]}", result[name]["learners"])
+        show(f"{name}: weight decay, mean of three seeds", result[name]["decay"])
+    if args.all:
+        result["every_subset"] = every_subset(rec, args.max_epochs)
+        show("every subset", result["every_subset"])
+    if args.json is not None:
+        args.json.write_text(json.dumps(result, indent=1) + "\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,39 @@
+"""ADC non-linearity: a code stands for another voltage than it says."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u + lsb A shape(u), or codes that never occur."""
+    if form == "missing_codes":
+        code = np.floor(u / context.lsb + 0.5)
+        # The code in the middle of each stretch is lost to the one below it.
+        every = np.maximum(np.round(values["every"]), 2.0)
+        lost = np.mod(code, every) == np.floor(every / 2.0)
+        return np.where(lost, u - context.lsb, u), {}
+    inside = np.clip(u, 0.0, 1.0)
+    shape = 4.0 * inside * (1.0 - inside) if form == "bow" else np.sin(2.0 * np.pi * inside)
+    return u + context.lsb * values["inl_lsb"] * shape, {}
+
+
+EFFECT = Effect(
+    name="adc_nonlinearity",
+    stage="electrical",
+    mechanism="integral or differential non-linearity of the converter",
+    equation="bow: u + lsb A 4u(1 - u); s_shape: u + lsb A sin(2 pi u); missing_codes: one code "
+    "of every n is read as the code below",
+    source="IEEE Std 1241 defines INL, DNL and missing codes",
+    fingerprint="a function of the code only",
+    parameters=(
+        Parameter("inl_lsb", "LSB", -40.0, 40.0, 4.0, "largest deviation (bow, s_shape)"),
+        Parameter("every", "codes", 2.0, 64.0, 8.0, "missing_codes: distance between lost codes"),
+    ),
+    simulate=simulate,
+    forms=("bow", "s_shape", "missing_codes"),
+)

@@ -1,0 +1,32 @@
+"""Backlash: the drive has play before it takes the sensor along."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects.operators import play
+
+
+def simulate(
+    x: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """play_w(x), starting in touch in the middle of its play, or max(x - d, 0)."""
+    if form == "dead_zone":
+        return np.maximum(x - values["width"], 0.0), {}
+    memory = x[0].copy() if state is None else state["memory"].copy()
+    moved: Floats = play(x, np.ascontiguousarray(values["width"]), memory)
+    return moved, {"memory": memory}
+
+
+EFFECT = Effect(
+    name="backlash",
+    stage="motion",
+    mechanism="play in the drive, slip or slack: part of a move is lost after each reversal",
+    equation="play: y = min(max(y, x - w/2), x + w/2); dead_zone: y = max(x - w, 0)",
+    source="play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989)",
+    fingerprint="flat after each reversal, over the same width on all channels",
+    parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
+    simulate=simulate,
+    forms=("play", "dead_zone"),
+)

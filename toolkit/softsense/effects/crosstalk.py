@@ -1,0 +1,45 @@
+"""Crosstalk: a channel hears another one."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u_i + A (u_j - u_i) from channel j, or u_i (1 - A (mean of all u)) through the supply."""
+    amplitude = values["amplitude"]
+    if form == "supply":
+        return u * (1.0 - amplitude * u.mean(axis=1, keepdims=True)), {}
+    channels = u.shape[1]
+    last = u[0] if state is None else state["last"]
+    result = u.copy()
+    for channel in range(channels):
+        source = int(values["source"][channel])
+        if source < 0:
+            source = channel - 1 if channel else channels - 1
+        heard = u[:, source]
+        # A channel that is scanned later was sampled in the scan before.
+        if source >= channel:
+            heard = np.concatenate([[last[source]], heard[:-1]])
+        result[:, channel] += amplitude[channel] * (heard - u[:, channel])
+    return result, {"last": u[-1].copy()}
+
+
+EFFECT = Effect(
+    name="crosstalk",
+    stage="electrical",
+    mechanism="the sampling capacitor keeps part of the channel before; or channels share a supply",
+    equation="scan: u_i + A (u_j - u_i), j the channel scanned before; supply: u_i (1 - A mean u)",
+    source="incomplete RC settling of a multiplexed converter: A = exp(-t_sample / (R C))",
+    fingerprint="follows another channel, one way only, in the order of the scan",
+    parameters=(
+        Parameter("amplitude", "1", 0.002, 0.2, 0.03, "share of the other channel"),
+        Parameter("source", "channel", -1.0, 63.0, -1.0, "channel heard; -1: the one before"),
+    ),
+    simulate=simulate,
+    forms=("scan", "supply"),
+)

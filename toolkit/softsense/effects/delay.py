@@ -1,0 +1,49 @@
+"""Delay: two clocks that are apart, or run apart."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+
+
+def simulate(
+    x: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """x(t - d0 - d1 t), straight between samples; the first sample before the start.
+
+    A delay that would look ahead is held at zero. ``state`` keeps the samples that will still be
+    read.
+    """
+    first = round(context.t0_s / context.dt_s)
+    if state is None:
+        history, begins = x, first
+    else:
+        history, begins = np.concatenate([state["history"], x]), int(state["begins"])
+    now = first + np.arange(len(x), dtype=np.float64)
+    late_s = values["delay_s"] + values["skew"] * (now * context.dt_s)[:, None]
+    at = np.maximum(now[:, None] - np.maximum(late_s, 0.0) / context.dt_s, float(begins))
+    below = np.minimum(np.floor(at).astype(np.intp) - begins, len(history) - 2)
+    below = np.maximum(below, 0)
+    part = at - (below + begins)
+    columns = np.arange(x.shape[1])
+    above = np.minimum(below + 1, len(history) - 1)
+    low, high = history[below, columns], history[above, columns]
+    # What is read next lies at or after what was read last.
+    keep = int(below.min(axis=1)[-1])
+    return low + part * (high - low), {"history": history[keep:], "begins": begins + keep}
+
+
+EFFECT = Effect(
+    name="delay",
+    stage="motion",
+    mechanism="clocks of motion and sensors are apart, or run apart",
+    equation="x(t - d0 - d1 t)",
+    source="clock offset and skew",
+    fingerprint="late without attenuation; with skew, later and later",
+    parameters=(
+        Parameter("delay_s", "s", 0.005, 0.5, 0.1, "offset d0"),
+        Parameter("skew", "1", 0.0, 0.002, 0.0, "relative difference of the clocks d1"),
+    ),
+    simulate=simulate,
+)

@@ -1,0 +1,43 @@
+"""Gain: the sensor is more or less sensitive than assumed, or becomes so."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import REFERENCE_S, Context, Effect, Floats, Parameter, State, Values
+
+_REFERENCE_CYCLES = 100.0
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u (1 + A c): c = 1, time / 400 s, or sqrt(cycles / 100)."""
+    after: State = {}
+    if form == "constant":
+        course = np.ones((len(u), 1))
+    elif form == "time":
+        course = context.time_s()[:, None] / REFERENCE_S
+    else:
+        strain, before, way = context.strain, context.strain[0], 0.0
+        if state is not None:
+            before, way = state["strain"], state["way"]
+        # A cycle is once over the full range and back.
+        ways = way + np.cumsum(np.abs(np.diff(strain, prepend=before)))
+        course = np.sqrt(ways / 2.0 / _REFERENCE_CYCLES)[:, None]
+        after = {"strain": float(strain[-1]), "way": float(ways[-1])}
+    return u * (1.0 + values["amplitude"] * course), after
+
+
+EFFECT = Effect(
+    name="gain",
+    stage="material",
+    mechanism="the sensor is more or less sensitive than assumed, from the start or by ageing",
+    equation="u (1 + A c); constant: c = 1; time: c = t / 400 s; cycles: c = sqrt(n / 100), "
+    "n the way travelled in full cycles",
+    source="miscalibration; fatigue of filler networks grows with the number of cycles",
+    fingerprint="proportional to the signal, may grow with time or cycles",
+    parameters=(Parameter("amplitude", "1", -0.4, 0.4, 0.1, "relative change of the gain"),),
+    simulate=simulate,
+    forms=("constant", "time", "cycles"),
+)

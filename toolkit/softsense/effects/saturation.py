@@ -1,0 +1,34 @@
+"""Saturation: the amplifier or the divider runs into its rail."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """min(u, m), or the soft minimum m - k ln(1 + exp((m - u) / k))."""
+    level = values["level"]
+    if form == "hard":
+        return np.minimum(u, level), {}
+    knee = np.maximum(values["knee"], 1e-9)
+    return level - knee * np.logaddexp(0.0, (level - u) / knee), {}
+
+
+EFFECT = Effect(
+    name="saturation",
+    stage="electrical",
+    mechanism="the front end runs into its rail",
+    equation="hard: min(u, m); soft: m - k ln(1 + exp((m - u)/k))",
+    source="ideal limiter; softplus as its smooth form",
+    fingerprint="static, only at the top",
+    parameters=(
+        Parameter("level", "share of ADC scale", 0.3, 1.0, 0.6, "highest reading m"),
+        Parameter("knee", "share of ADC scale", 0.002, 0.1, 0.02, "soft: width k of the knee"),
+    ),
+    simulate=simulate,
+    forms=("hard", "soft"),
+)

@@ -1,0 +1,38 @@
+"""Step: damage or slip at one instant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+
+
+def simulate(
+    u: Floats, context: Context, values: Values, form: str, state: State | None
+) -> tuple[Floats, State]:
+    """u + h(t) (offset + gain u), h = 0 before ``at_s``, then 1 - recovery (1 - exp(-(t-at)/tau)).
+
+    ``state`` is empty: the time of the first sample says where it stands.
+    """
+    since = context.time_s()[:, None] - values["at_s"]
+    healed = -np.expm1(-np.maximum(since, 0.0) / values["tau_s"])
+    h = np.where(since >= 0.0, 1.0 - values["recovery"] * healed, 0.0)
+    return u + h * (values["offset"] + values["gain"] * u), {}
+
+
+EFFECT = Effect(
+    name="step",
+    stage="material",
+    mechanism="damage or slip at one instant shifts the signal, perhaps healing in part",
+    equation="u + h(t) (a + b u), h = 0 before t0, then 1 - q (1 - exp(-(t - t0)/tau))",
+    source="change-point model; partial recovery of the first order",
+    fingerprint="one time of change",
+    parameters=(
+        Parameter("offset", "share of span", -0.3, 0.3, 0.1, "shift"),
+        Parameter("gain", "1", -0.3, 0.3, 0.0, "relative change of the gain"),
+        Parameter("at_s", "s", 0.0, 1.0e6, 200.0, "when"),
+        Parameter("recovery", "1", 0.0, 0.8, 0.0, "share that heals"),
+        Parameter("tau_s", "s", 5.0, 200.0, 50.0, "how fast it heals"),
+    ),
+    simulate=simulate,
+)

@@ -1,0 +1,310 @@
+"""The main job: from a recording to a verified estimator, and from a network to an export."""
+
+from __future__ import annotations
+
+import io
+import json
+import os
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from softsense.errors import SoftsenseError
+from softsense.mlp import Mlp
+from softsense.onnx_file import float_model, int_model
+from softsense.quantise import Quantised, quantise
+from softsense.recording import Recording
+from softsense.select import Ranking, Selection, rank, select
+from softsense.train import Fit, fit
+from softsense.verify import Verification, verify
+from softsense.verify.costs import Cost, measure_costs
+from softsense.verify.folder import MANIFEST, SCHEMA
+from softsense_codegen import bounds, reference
+from softsense_codegen.atomic import write_bytes, write_text
+from softsense_codegen.generate import generate
+from softsense_codegen.network import IntNetwork, c_name
+
+Stage = Callable[[str], None]
+Rows = list[tuple[str, ...]]
+# What float32 arithmetic of the float ONNX adds to a difference, as a share of full scale.
+FLOAT32_SHARE = 2.0**-18
+# What a search over a sample of the box may have missed.
+SEARCH_MARGIN = 1.1
+
+
+def _silent(text: str) -> None:
+    return None
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """How an estimator is made of a recording (see ``softsense build --help``)."""
+
+    size: int | None = None
+    hidden: int = 60
+    split: str = "blocks"
+    seed: int = 0
+    restarts: int = 1
+    epochs: int = 100
+    bits: int = 16
+    fallback: bool = False
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was written: the ``network``, what is known of it, its cost, and the files."""
+
+    out: Path
+    quantised: Quantised
+    costs: tuple[Cost, ...]
+    files: tuple[str, ...]
+
+    @property
+    def network(self) -> IntNetwork:
+        """The integer network."""
+        return self.quantised.network
+
+
+@dataclass(frozen=True)
+class Build:
+    """Everything that ``build`` found out, stage by stage."""
+
+    out: Path
+    recording: Recording = field(repr=False)
+    ranking: Ranking = field(repr=False)
+    selection: Selection
+    fit: Fit
+    export: Export
+    verification: Verification
+    rmse_fixed: tuple[float, ...]
+
+    @property
+    def good(self) -> bool:
+        """Every evaluator agreed on every bit."""
+        return self.verification.good
+
+    def to_dict(self) -> dict[str, Any]:
+        """For ``softsense build --json``."""
+        network = self.export.network
+        return {
+            "out": str(self.out),
+            "name": network.name,
+            "digest": network.digest,
+            "sensors": list(self.selection.sensors),
+            "score": self.selection.score,
+            "status": self.fit.status,
+            "rmse": {part: list(values) for part, values in self.fit.rmse.items()},
+            "rmse_fixed_test": list(self.rmse_fixed),
+            "units": [output.unit for output in network.outputs],
+            "fixed_vs_float_share": self.export.quantised.share,
+            "within_tolerance": self.export.quantised.reached,
+            "verification": self.verification.to_dict(),
+            "costs": [asdict(cost) for cost in self.export.costs],
+            "files": list(self.export.files),
+        }
+
+    def tables(self) -> list[tuple[str, tuple[str, ...], Rows]]:
+        """Title, header and rows of what a person wants to see at the end."""
+        accuracy: Rows = []
+        network = self.export.network
+        assert network.accuracy is not None
+        for index, output in enumerate(network.outputs):
+            unit = "" if output.unit == "1" else f" {output.unit}"
+            accuracy.append(
+                (
+                    output.name,
+                    f"{self.fit.rmse['test'][index]:.4g}{unit}",
+                    f"{self.rmse_fixed[index]:.4g}{unit}",
+                    f"{network.accuracy.worst[index]:.2g}{unit}",
+                    f"1/{output.full_scale / max(network.accuracy.worst[index], 1e-300):.0f}",
+                )
+            )
+        mismatches: Rows = [
+            (c.evaluator, f"{c.mismatches} of {c.compared}", f"{c.seconds:.2f} s")
+            for c in self.verification.comparisons
+        ]
+        costs: Rows = [
+            (c.target, f"{c.flash} B", f"{c.ram} B", f"{c.stack} B") for c in self.export.costs
+        ]
+        header = ("target", "RMSE float", "RMSE fixed", "worst |fixed - float|", "of full scale")
+        return [
+            (f"{' + '.join(self.selection.sensors)}, held-out time:", header, accuracy),
+            ("bit for bit:", ("evaluator", "mismatches", "time"), mismatches),
+            ("cost:", ("core", "flash", "static RAM", "stack"), costs),
+        ]
+
+
+def export(
+    mlp: Mlp,
+    codes: ArrayLike,
+    out: str | Path,
+    *,
+    name: str,
+    bits: int = 16,
+    seed: int = 0,
+    stage: Stage = _silent,
+) -> Export:
+    """Quantise ``mlp`` and write its export folder.
+
+    ``codes``: (samples, inputs) recorded codes of its inputs. The folder gets NAME.h, NAME.c,
+    NAME_vectors.h, NAME.onnx, NAME_int.onnx, NAME.json, codes.npz and manifest.json; the manifest
+    comes last, so that a folder with a manifest is whole.
+
+    Raises ``SoftsenseError`` for a name that C cannot take, weights beyond 32 bits, or a disk that
+    cannot be written to.
+    """
+    out = Path(out)
+    data = np.atleast_2d(np.asarray(codes))
+    stage("quantise")
+    quantised = quantise(mlp, data, name=name, bits=bits, seed=seed)
+    network = quantised.network
+    stage(f"quantised: {quantised.verdict()}")
+    stage("generate C and ONNX")
+    (out / MANIFEST).unlink(missing_ok=True)
+    generate(network, out, data)
+    costs = measure_costs(out / f"{network.name}.c")
+    lines = [f"{c.target}: {c.flash} bytes of flash, {c.stack} of stack (-O2)" for c in costs]
+    written = generate(network, out, data, lines)
+    written.append(write_bytes(out / f"{network.name}.onnx", float_model(mlp, network.name)))
+    written.append(write_bytes(out / f"{network.name}_int.onnx", int_model(network)))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, codes=data.astype(np.int16))
+    written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
+    files = tuple(sorted(path.name for path in written))
+    text = json.dumps(_manifest(quantised, costs, files), indent=1) + "\n"
+    write_text(out / MANIFEST, text)
+    return Export(out, quantised, costs, (*files, MANIFEST))
+
+
+def build(
+    recording: Recording,
+    out: str | Path,
+    recipe: Recipe = Recipe(),
+    *,
+    name: str | None = None,
+    on: Sequence[str] | None = None,
+    stage: Stage = _silent,
+) -> Build:
+    """Select, train, quantise, generate, verify: the whole way, into the folder ``out``.
+
+    ``on``: evaluators (see ``softsense.verify.verify``); default all that this machine can run.
+
+    Raises ``SoftsenseError`` for a recording that nothing can be learnt from, and whatever the
+    stages raise.
+    """
+    recording.require_usable()
+    prefix = c_name(recording.name if name is None else name)
+    size = len(recording.sensors) if recipe.size is None else recipe.size
+    stage(f"recording: {recording!r}")
+    selection = select(recording, size)
+    ranking = rank(recording)
+    stage(f"selected: {', '.join(selection.sensors)}")
+    stage("train")
+    fitted = _fit(recording, selection.sensors, recipe)
+    rmse = ", ".join(f"{value:.4g}" for value in fitted.rmse["test"])
+    stage(f"trained: RMSE {rmse} on held-out time; {fitted.status} after {fitted.epochs} epochs")
+    used = recording.with_sensors(selection.sensors)
+    exported = export(
+        fitted.mlp, used.codes, out, name=prefix, bits=recipe.bits, seed=recipe.seed, stage=stage
+    )
+    evaluators = available() if on is None else tuple(on)
+    stage(f"verify on {', '.join(evaluators)}")
+    verification = verify(out, evaluators, seed=recipe.seed, stage=stage)
+    network = exported.network
+    fixed = reference.values(network, reference.estimate(network, used.codes))
+    square = ((fixed - used.target) ** 2)[fitted.split.test].mean(axis=0)
+    rmse_fixed = tuple(float(value) for value in np.sqrt(square))
+    return Build(
+        Path(out), recording, ranking, selection, fitted, exported, verification, rmse_fixed
+    )
+
+
+def simulate_rig(path: str | Path, *, seed: int = 0, samples: int = 8000) -> Recording:
+    """A recording of pseudo-random motion on the rig that ``path`` (rig.toml) describes."""
+    from softsense.simulate import random_motion, read_rig, run, to_recording
+
+    rig = read_rig(Path(path))
+    motion = random_motion(samples, 1.0 / rig.rate_hz, seed)
+    return to_recording(rig, run(rig, motion, seed))
+
+
+def available() -> tuple[str, ...]:
+    """The evaluators that this machine can run."""
+    from softsense.device import boards
+
+    found = ["reference", "onnxruntime"]
+    if shutil.which("gcc") or shutil.which("clang") or os.environ.get("CI"):
+        found += ["host", "emulate:host"]
+    found += [f"qemu:{board.name}" for board in boards() if board.name != "host" and board.usable]
+    return tuple(found)
+
+
+def _fit(recording: Recording, sensors: Sequence[str], recipe: Recipe) -> Fit:
+    return fit(
+        recording,
+        sensors,
+        hidden=recipe.hidden,
+        split=recipe.split,
+        seed=recipe.seed,
+        restarts=recipe.restarts,
+        max_epochs=recipe.epochs,
+    )
+
+
+def _manifest(quantised: Quantised, costs: Sequence[Cost], files: Sequence[str]) -> dict[str, Any]:
+    network = quantised.network
+    accuracy = network.accuracy
+    assert accuracy is not None
+    stated = []
+    for output, worst in zip(network.outputs, accuracy.worst, strict=True):
+        found = worst if accuracy.exhaustive else SEARCH_MARGIN * worst
+        aimed = 0.0 if accuracy.exhaustive else quantised.tolerance * output.full_scale
+        stated.append(max(found, aimed) + FLOAT32_SHARE * output.full_scale)
+    return {
+        "schema": SCHEMA,
+        "name": network.name,
+        "digest": network.digest,
+        "bits": network.bits,
+        "inputs": [asdict(i) for i in network.inputs],
+        "outputs": [asdict(o) for o in network.outputs],
+        "bounds": {
+            "fixed_vs_float": stated,
+            "worst_found": accuracy.worst,
+            "worst_codes": accuracy.worst_codes,
+            "exhaustive": accuracy.exhaustive,
+            "compared": accuracy.compared,
+            "proved": accuracy.bound,
+            "share_of_full_scale": quantised.share,
+            "aim": quantised.tolerance,
+            "reached": quantised.reached,
+            "table_error": quantised.table_error,
+            "accumulators": [{"product": p.product, "sum": p.total} for p in bounds.prove(network)],
+        },
+        "costs": {
+            "macs": network.macs,
+            "table_bytes": 0 if network.table is None else 2 * len(network.table.entries),
+            "targets": [asdict(cost) for cost in costs],
+        },
+        "files": [*files, MANIFEST],
+    }
+
+
+def read_training(folder: str | Path) -> tuple[Mlp, NDArray[np.int64], str]:
+    """What ``softsense train -o DIR`` left: the network, its codes, and the recording's name."""
+    folder = Path(folder)
+    path = folder / "mlp.json"
+    try:
+        mlp = Mlp.from_json(path.read_text(), where=str(path))
+        with np.load(folder / "recording.npz") as archive:
+            codes = archive["codes"].astype(np.int64)
+        name = json.loads((folder / "train.json").read_text())["recording"]
+    except OSError as error:
+        raise SoftsenseError(
+            f"not a training folder: {error.strerror}", where=str(folder), remedy="softsense train"
+        ) from error
+    return mlp, codes, name

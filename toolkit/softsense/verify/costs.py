@@ -1,0 +1,83 @@
+"""What the generated C costs on each target whose compiler is here: flash, static RAM, stack."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from softsense.errors import SoftsenseError
+
+# name, compiler, flags. Sizes are of NAME.c alone; it needs no library.
+TARGETS = (
+    ("Cortex-M0+", "arm-none-eabi-gcc", "-mcpu=cortex-m0plus -mthumb"),
+    ("Cortex-M3", "arm-none-eabi-gcc", "-mcpu=cortex-m3 -mthumb"),
+    (
+        "Cortex-M4F",
+        "arm-none-eabi-gcc",
+        "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard",
+    ),
+    ("RISC-V rv32imac", "riscv64-unknown-elf-gcc", "-march=rv32imac -mabi=ilp32"),
+    ("AVR ATmega328P", "avr-gcc", "-mmcu=atmega328p"),
+    ("host", "gcc", ""),
+)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Bytes on one target: ``flash`` (code and constants), ``ram`` (static), ``stack``."""
+
+    target: str
+    flash: int
+    ram: int
+    stack: int
+
+
+def measure_costs(source: Path) -> tuple[Cost, ...]:
+    """Compile ``source`` (NAME.c, beside NAME.h) with -O2 for every target that can be.
+
+    Raises ``SoftsenseError`` where a compiler refuses it.
+    """
+    costs = []
+    for target, compiler, flags in TARGETS:
+        size_tool = compiler.replace("gcc", "size")
+        if shutil.which(compiler) is None or shutil.which(size_tool) is None:
+            continue
+        with tempfile.TemporaryDirectory(prefix="softsense-") as scratch:
+            made = Path(scratch) / "unit.o"
+            command = [
+                compiler,
+                "-std=c99",
+                "-ffreestanding",
+                "-O2",
+                *flags.split(),
+                "-fstack-usage",
+            ]
+            command += ["-fno-asynchronous-unwind-tables", "-c", str(source), "-o", str(made)]
+            done = subprocess.run(command, capture_output=True, text=True, cwd=scratch)
+            if done.returncode != 0:
+                said = done.stderr.strip().splitlines()[0]
+                raise SoftsenseError(f"{compiler} refuses it: {said}", where=str(source))
+            sizes = subprocess.run(
+                [size_tool, "-A", str(made)], capture_output=True, text=True, check=True
+            ).stdout
+            usage = made.with_suffix(".su").read_text()
+        costs.append(Cost(target, *_sections(sizes), _stack(usage)))
+    return tuple(costs)
+
+
+def _sections(sizes: str) -> tuple[int, int]:
+    flash = ram = 0
+    for name, size in re.findall(r"^(\.\S+)\s+(\d+)", sizes, re.MULTILINE):
+        if name.startswith((".text", ".rodata", ".progmem", ".data")):
+            flash += int(size)
+        if name.startswith((".data", ".bss")):
+            ram += int(size)
+    return flash, ram
+
+
+def _stack(usage: str) -> int:
+    return max((int(row.split("\t")[1]) for row in usage.splitlines()), default=0)
