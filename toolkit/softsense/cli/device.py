@@ -85,7 +85,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
     from softsense.device import actions
     from softsense.device.emulator import terminate_on
 
-    terminate_on(signal.SIGTERM, signal.SIGHUP)
+    terminate_on(signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     action = getattr(actions, args.action if args.action != "list" else "list_ports")
     code: int = action(args, console)
     return code

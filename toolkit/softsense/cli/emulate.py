@@ -56,7 +56,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
     adc = None
     if args.recording is not None:
         adc = converter_codes(args.out, args.recording, args.sensor_fault)
-    terminate_on(signal.SIGTERM, signal.SIGHUP)
+    terminate_on(signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     console.say(f"building the firmware for {args.board} …")
     with Emulator(args.out, args.board, faults, args.seed, args.tcp, adc) as emulator:
         if args.json:

@@ -142,7 +142,8 @@ class _Timing:
         if self.smooth_s is None:
             return FIRST_TIMEOUT_S
         base = max(self.smooth_s + 4 * self.deviation_s, SHORTEST_TIMEOUT_S)
-        return min(base * 2 ** min(max(tries - 1, 0), 4), LONGEST_TIMEOUT_S)
+        backed_off = base * float(1 << min(max(tries - 1, 0), 4))
+        return min(backed_off, LONGEST_TIMEOUT_S)
 
 
 @dataclass

@@ -9,6 +9,7 @@ import sys
 import threading
 from collections import deque
 from collections.abc import Iterator
+from contextlib import ExitStack
 from dataclasses import dataclass
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -93,19 +94,20 @@ def rows(feed: Feed, path: str) -> None:
     truth = [f"{name}_truth" for name in outputs] if feed.truth else []
     header = ["t_s", *outputs, *truth, *identity.channels, "network", "flags", "failed"]
     try:
-        file = sys.stdout if path == "-" else Path(path).open("w", encoding="utf-8")
+        with ExitStack() as stack:
+            file = sys.stdout
+            if path != "-":
+                file = stack.enter_context(Path(path).open("w", encoding="utf-8"))
+            print(",".join(header), file=file, flush=True)
+            for row in feed:
+                numbers = [f"{value:.9g}" for value in (*row.estimates, *row.truth)]
+                words = [row.network, " ".join(row.flags), " ".join(row.failed)]
+                cells = [f"{row.t_s:.6f}", *numbers, *map(str, row.codes), *words]
+                print(",".join(cells), file=file, flush=True)
+    except BrokenPipeError:
+        raise
     except OSError as error:
         raise SoftsenseError(f"cannot write: {error.strerror}", where=path) from error
-    try:
-        print(",".join(header), file=file, flush=True)
-        for row in feed:
-            numbers = [f"{value:.9g}" for value in (*row.estimates, *row.truth)]
-            words = [row.network, " ".join(row.flags), " ".join(row.failed)]
-            cells = [f"{row.t_s:.6f}", *numbers, *map(str, row.codes), *words]
-            print(",".join(cells), file=file, flush=True)
-    finally:
-        if file is not sys.stdout:
-            file.close()
 
 
 def chart(values: list[float], truth: list[float], columns: int, height: int) -> list[str]:
