@@ -68,7 +68,8 @@ bool messages_fit(void);
  * returns its length. Defined for every request, however malformed. */
 size_t messages_answer(struct messages *messages, const struct frame *request, uint8_t bytes[]);
 
-/* Converts, estimates and writes a sample as above; returns 0 where there is no converter. */
-size_t messages_sample(struct messages *messages, uint8_t bytes[]);
+/* Converts, estimates and writes a sample as above, stamped with the time for which it was
+ * scheduled; returns 0 where there is no converter. */
+size_t messages_sample(struct messages *messages, uint32_t scheduled_us, uint8_t bytes[]);
 
 #endif

@@ -254,16 +254,15 @@ size_t messages_answer(struct messages *messages, const struct frame *request, u
     return frame_seal(&answer, request->check, bytes);
 }
 
-size_t messages_sample(struct messages *messages, uint8_t bytes[])
+size_t messages_sample(struct messages *messages, uint32_t scheduled_us, uint8_t bytes[])
 {
     int16_t codes[MODEL_MAX_CHANNELS];
     const uint8_t channels = model_channels();
-    const uint32_t now_us = port_time_us();
     if (!port_convert(messages->conversion, channels, codes)) {
         return 0;
     }
     uint8_t *const payload = bytes + FRAME_HEADER;
-    uint8_t *next = put32(put32(payload, messages->conversion), now_us);
+    uint8_t *next = put32(put32(payload, messages->conversion), scheduled_us);
     messages->conversion++;
     struct verdict verdict = {0, 0, 0, 0};
     uint8_t *const verdict_at = next;

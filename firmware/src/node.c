@@ -117,12 +117,13 @@ bool node_step(void)
         lost = 0;
     }
     if (due()) {
+        const uint32_t scheduled_us = messages.next_us;
         messages.next_us += messages.period_us;
         /* Late by a whole period: samples are skipped, not sent in a burst. */
         if (due()) {
             messages.next_us = port_time_us() + messages.period_us;
         }
-        const size_t length = messages_sample(&messages, outgoing);
+        const size_t length = messages_sample(&messages, scheduled_us, outgoing);
         if (length > 0U) {
             send(length, outgoing);
         }

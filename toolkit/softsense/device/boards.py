@@ -177,3 +177,8 @@ def _model_flags(out: Path) -> list[str]:
         for network in networks(out):
             flags += ["-include", f"{network.name}_vectors.h"]
     return [*flags, f"-DSOFTSENSE_MODELS={models}", f"-DSOFTSENSE_HIGHEST_CODE={2**bits - 1}"]
+
+
+def channels(networks: list[Network]) -> tuple[str, ...]:
+    """Sensors in the order in which the firmware wants them from the converter."""
+    return tuple(dict.fromkeys(name for network in networks for name in network.inputs))

@@ -142,7 +142,8 @@ class _Timing:
         if self.smooth_s is None:
             return FIRST_TIMEOUT_S
         base = max(self.smooth_s + 4 * self.deviation_s, SHORTEST_TIMEOUT_S)
-        return min(base * 2 ** min(max(tries - 1, 0), 4), LONGEST_TIMEOUT_S)
+        backed_off = base * float(1 << min(max(tries - 1, 0), 4))
+        return min(backed_off, LONGEST_TIMEOUT_S)
 
 
 @dataclass
@@ -298,9 +299,7 @@ class Device(AbstractContextManager["Device"]):
         for answer in self._exchange(requests()):
             used, flags, uncalibrated, failed, count = fixed.unpack_from(answer)
             values = np.frombuffer(answer, "<i4", offset=fixed.size).astype(np.int32)
-            yield Verdict(
-                values.reshape(count, outputs), used, Flag(flags), uncalibrated, failed
-            )
+            yield Verdict(values.reshape(count, outputs), used, Flag(flags), uncalibrated, failed)
 
     def stream(self, rate_hz: float) -> None:
         """Let the board estimate its own samples ``rate_hz`` times a second; 0: stop."""
@@ -621,6 +620,4 @@ def _pause(seconds: float) -> None:
 
 def physical(network: Network, estimate: Sequence[int] | Estimates) -> list[float]:
     """Estimates of one row in the outputs' units: (y - zero) * lsb."""
-    return [
-        (int(y) - zero) * lsb for y, (lsb, zero) in zip(estimate, network.scales, strict=True)
-    ]
+    return [(int(y) - zero) * lsb for y, (lsb, zero) in zip(estimate, network.scales, strict=True)]

@@ -18,7 +18,7 @@ import threading
 import time
 import tty
 from collections import deque
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from types import TracebackType
@@ -407,10 +407,9 @@ class Emulator(AbstractContextManager["Emulator"]):
     def _from_client(self, ready: list[int]) -> list[bytes]:
         found = []
         if self._master in ready:
-            try:
+            # An error means that nobody has the other end open just now.
+            with suppress(OSError):
                 found.append(os.read(self._master, _READ))
-            except OSError:
-                pass  # nobody has the other end open just now
         if self._client is not None and self._client.fileno() in ready:
             try:
                 data = self._client.recv(_READ)

@@ -1,6 +1,6 @@
 """Frames of the serial protocol: bytes on the wire, and what they mean.
 
-The byte tables are in ``firmware/README.md``; ``LAYOUTS`` restates them and a test compares the two.
+The byte tables are in ``firmware/README.md``; ``LAYOUTS`` restates them, and a test compares.
 """
 
 from __future__ import annotations

@@ -1,0 +1,79 @@
+"""The host-side feeder of an emulated board's converter.
+
+The converter of an emulated board reads the file ``adc.bin``: rows of little-endian int16, one per
+channel, in the order of the board's channels (the primary network's inputs, then what the fallback
+networks add). Conversion n is row n modulo the number of rows. This file makes those rows from a
+recording, through the front end that the model was trained with.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsense.device.boards import channels, networks, read_manifest
+from softsense.errors import SoftsenseError
+from softsense.recording import FrontEnd, Recording, read
+
+_KINDS = ("open", "short", "stuck")
+
+
+def read_truth(out: Path | None, path: Path, target: str | None = None) -> Recording:
+    """The recording with the model's own targets (or ``target``)."""
+    if target is None and out is not None:
+        target = ",".join(networks(out)[0].outputs)
+    bits = 12 if out is None else int(read_manifest(out).get("adc_bits", 12))
+    return read(path, target=target or "strain", adc_bits=bits)
+
+
+def converter_codes(out: Path, path: Path, sensor_faults: Sequence[str] = ()) -> NDArray[np.int16]:
+    """(rows, channels) int16 for the converter, with ``sensor_faults`` ("s3:open@200") applied.
+
+    Raises ``SoftsenseError`` where the recording lacks a sensor of the model.
+    """
+    names = channels(networks(out))
+    recording = read_truth(out, path)
+    codes = _through_front_ends(out, path, recording.with_sensors(names))
+    highest = 2 ** int(read_manifest(out).get("adc_bits", 12)) - 1
+    for fault in sensor_faults:
+        _break(codes, names, fault, highest)
+    return codes
+
+
+def _through_front_ends(out: Path, path: Path, recording: Recording) -> NDArray[np.int16]:
+    """Physical columns pass the front ends stored with the model, not ones fitted anew."""
+    manifest = read_manifest(out)
+    entries = [manifest, *manifest.get("fallbacks", ())]
+    stored = {
+        item["name"]: FrontEnd(**item["front_end"])
+        for entry in entries
+        for item in entry["inputs"]
+        if isinstance(item.get("front_end"), dict)
+    }
+    codes = recording.codes.astype(np.int16)
+    for column, name in enumerate(recording.sensors):
+        end = stored.get(name)
+        if end is None or end.kind == "codes":
+            continue
+        own = recording.front_ends[column]
+        if own.kind == "codes":
+            continue
+        values = read(path, target=name, sensors=[name]).target[:, 0]
+        codes[:, column] = end.encode(values)
+    return codes
+
+
+def _break(codes: NDArray[np.int16], names: Sequence[str], fault: str, highest: int) -> None:
+    name, _, rest = fault.partition(":")
+    kind, _, row_text = rest.partition("@")
+    if name not in names or kind not in _KINDS or not (row_text or "0").isdigit():
+        raise SoftsenseError(
+            f"sensor fault {fault!r} is not understood",
+            remedy=f"SENSOR:KIND@ROW with sensors {', '.join(names)} and kinds {', '.join(_KINDS)}",
+        )
+    row = min(int(row_text or 0), len(codes) - 1)
+    value = {"open": highest, "short": 0, "stuck": int(codes[row, names.index(name)])}[kind]
+    codes[row:, names.index(name)] = value
