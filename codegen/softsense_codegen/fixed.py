@@ -34,7 +34,7 @@ class Table:
 
     ``entries``: (segments + 1,) uint16. An argument z, in units of ``step`` / 2**16, counted from
     -reach, is read as entry i = z >> 16, fraction f = z & 0xffff,
-    y = entries[i] + ((entries[i + 1] - entries[i]) * f >> 16).
+    y = entries[i] + (rise * f + rise >> 16) with rise = entries[i + 1] - entries[i].
     """
 
     reach: float
@@ -62,16 +62,19 @@ class Table:
         fraction = z & (2**FRACTION_BITS - 1)
         low = entries[index]
         rise = entries[index + 1] - low
-        result: Integers = low + ((rise * fraction) >> FRACTION_BITS)
+        result: Integers = low + ((rise * fraction + rise) >> FRACTION_BITS)
         return result
 
 
 def tanh_table(reach: float, segments: int) -> Table:
     """The table of tanh with ``segments`` segments from -reach to reach.
 
+    ``segments`` is a power of two, so that a core with a saturating instruction clips in one.
     Entries lie off the curve by half the sagitta of their segments, -f'' h**2 / 16, which halves
     the error of linear interpolation, and a quarter of a step up, which centres the two floors.
     """
+    if segments & (segments - 1):
+        raise ValueError(f"{segments} segments are no power of two")
     z = np.linspace(-reach, reach, segments + 1)
     step = 2.0 * reach / segments
     tanh = np.tanh(z)

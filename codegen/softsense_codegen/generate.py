@@ -12,7 +12,7 @@ from softsense_codegen import reference
 from softsense_codegen.atomic import write_text
 from softsense_codegen.network import IntNetwork
 from softsense_codegen.render import render
-from softsense_codegen.view import network_view, vectors_view
+from softsense_codegen.view import Optimise, network_view, vectors_view
 
 # Vectors for a self-test in flash: enough to touch every unit, few enough for a small device.
 SELF_TEST_VECTORS = 48
@@ -23,14 +23,16 @@ def generate(
     out: str | Path,
     codes: ArrayLike | None = None,
     cost_lines: Sequence[str] = (),
+    optimise: Optimise = "speed",
 ) -> list[Path]:
     """Write NAME.h, NAME.c, NAME_vectors.h and NAME.json into ``out``; returns their paths.
 
     ``codes``: (samples, inputs) recorded codes, some of which join the corners and the random
-    codes of the vectors. ``cost_lines``: measured costs, for the header.
+    codes of the vectors. ``cost_lines``: measured costs, for the header. ``optimise``: "speed"
+    (a table of words, an unrolled loop) or "size" (half the table, a tight loop), the same bits.
     """
     out = Path(out)
-    view = network_view(net, cost_lines)
+    view = network_view(net, cost_lines, optimise)
     x = self_test_codes(net, codes)
     y = reference.estimate(net, x)
     rows = list(zip(x.tolist(), y.tolist(), strict=True))

@@ -22,7 +22,7 @@ _KEYWORDS = frozenset(
     "inline int long register restrict return short signed sizeof static struct switch typedef "
     "union unsigned void volatile while asm bool catch class delete export friend namespace new "
     "operator private protected public template this throw true false try using virtual "
-    "main".split()  # noqa: SIM905 - a paragraph reads better than sixty quoted words
+    "main".split()
 )
 
 Activation = Literal["tanh", "relu", "linear"]
@@ -57,6 +57,9 @@ class IntLayer:
     negative). ``bias``: (units,) int32. ``a``: clipped codes for the first layer, else the former
     layer's activations 0 … 65535.
 
+    Biases of hidden layers, with codes counted from the middle of their ranges, lie on a grid that
+    16 bits hold (``bias_grid``).
+
     "tanh": arguments z, in units of table.step / 2**(16 + fine), are clipped to the table and read
     from it at floor(z / 2**fine). "relu": floor(z / 2**fine) clipped to 0 … 65535.
     "linear" (the last layer only): z itself.
@@ -72,6 +75,15 @@ class IntLayer:
     def matrix(self) -> NDArray[np.int64]:
         """``weight`` as an array."""
         return np.asarray(self.weight, dtype=np.int64).reshape(len(self.bias), -1)
+
+    @cached_property
+    def bias_grid(self) -> tuple[int, int]:
+        """(base, shift): every hidden bias is base + b * 2**shift with b = 0 … 65535."""
+        base = min(self.bias)
+        shift = bias_shift(max(self.bias) - base)
+        if any((b - base) % (1 << shift) for b in self.bias):
+            raise ValueError(f"biases do not lie on a grid of 2**{shift}")
+        return base, shift
 
     def clip_at(self, table: Table) -> int:
         """The largest argument that ``table`` takes, in units of z."""
@@ -193,6 +205,22 @@ class IntNetwork:
                 remedy="export it again",
             )
         return network
+
+
+def bias_shift(span: int) -> int:
+    """The shift of the finest grid on which 16 bits hold biases that ``span`` so much."""
+    return max(span.bit_length() - 16, 0)
+
+
+def bias_words(bias: NDArray[np.float64]) -> NDArray[np.int64]:
+    """``bias`` (units,) rounded to the finest grid that 16 bits hold."""
+    base = int(np.floor(bias.min()))
+    span = int(np.ceil(bias.max())) - base + 1
+    shift = bias_shift(span)
+    words = np.minimum(np.rint((bias - base) / 2.0**shift), 2.0**16 - 1)
+    result: NDArray[np.int64] = base + (words.astype(np.int64) << shift)
+    # Rounding may have narrowed the span, which would make the grid finer: that is still exact.
+    return result
 
 
 def check_name(name: str) -> str:

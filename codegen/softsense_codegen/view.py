@@ -4,23 +4,34 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from typing import Any
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
 
 from softsense_codegen import bounds
 from softsense_codegen.errors import SoftsenseError
 from softsense_codegen.fixed import FRACTION_BITS, table_error
 from softsense_codegen.network import IntLayer, IntNetwork
 
+Optimise = Literal["speed", "size"]
+
+OFFSET_16 = 1 << 15
 # Up to this many inputs the loop over them is written out.
 UNROLL = 8
 
 
-def network_view(net: IntNetwork, cost_lines: Sequence[str] = ()) -> dict[str, Any]:
+def network_view(
+    net: IntNetwork, cost_lines: Sequence[str] = (), optimise: Optimise = "speed"
+) -> dict[str, Any]:
     """Everything that NAME.h and NAME.c show.
+
+    ``optimise`` changes the layout of the table and how far the loop is written out, never a bit.
 
     Raises ``SoftsenseError`` where 32 bits do not suffice (see ``bounds.prove``).
     """
-    proofs = bounds.prove(net)
+    bounds.prove(net)
     if len(net.layers) < 2:
         raise SoftsenseError(
             "there is no hidden layer", where=net.name, remedy="1 to 3 hidden layers are generated"
@@ -33,24 +44,28 @@ def network_view(net: IntNetwork, cost_lines: Sequence[str] = ()) -> dict[str, A
                 where=net.name,
                 remedy="use fewer units",
             )
-    many_inputs = len(net.inputs) > UNROLL or bool(hidden)
-    unsigned = last.unsigned
-    unrolled = not many_inputs and not hidden
-    width = fused.matrix.shape[1]
-    acts = _activations(net, proofs)
-    ids = [f"h{number + 1}" for number in range(len(hidden))]
-    sources = ["in", *ids]
-    word_bytes = net.bits // 8
-    weights = sum(layer.matrix.size for layer in net.layers) * word_bytes
-    biases = 4 * sum(len(layer.bias) for layer in net.layers)
+    looped = len(net.inputs) > UNROLL or bool(hidden)
+    middles = [(i.low + i.high) // 2 for i in net.inputs]
+    acts = [_activation(net, layer) for layer in net.layers[:-1]]
+    sources = ["in", *(f"h{number + 1}" for number in range(len(hidden)))]
+    # The first layer's inputs are counted from the middle of their range.
+    origins = [layer.matrix @ middles if layer is net.layers[0] else 0 for layer in net.layers]
+    copies = next(n for n in (4, 3, 2, 1) if len(fused.bias) % n == 0)
+    packed = optimise == "speed" and net.table is not None
     return {
         "name": net.name,
         "upper": net.name.upper() if net.name.upper() != net.name else "",
         "guard": f"{net.name.upper()}_SOFTSENSE_H",
         "digest": net.digest,
         "inputs": [
-            {"name": label(i.name), "low": i.low, "high": i.high, "front_end": label(i.front_end)}
-            for i in net.inputs
+            {
+                "name": label(i.name),
+                "low": i.low,
+                "high": i.high,
+                "middle": middle,
+                "front_end": label(i.front_end),
+            }
+            for i, middle in zip(net.inputs, middles, strict=True)
         ],
         "outputs": [
             {
@@ -67,56 +82,40 @@ def network_view(net: IntNetwork, cost_lines: Sequence[str] = ()) -> dict[str, A
         "cost_lines": list(cost_lines),
         "macs": net.macs,
         "tanh_units": sum(len(x.bias) for x in net.layers if x.activation == "tanh"),
-        "weight_bytes": weights + biases,
-        "table_bytes": 0 if net.table is None else 2 * len(net.table.entries),
-        "stack_note": _stack_note(net, many_inputs),
+        "weight_bytes": _weight_bytes(net),
+        "table_bytes": 0 if net.table is None else _table_bytes(net, packed),
+        "stack_note": _stack_note(net, looped),
         "word": f"uint{net.bits}_t",
         "offset": 2 ** (net.bits - 1),
-        "dsp": unrolled and net.bits == 16 and fused.shift == 0,
-        "many_inputs": many_inputs,
-        "table": [] if net.table is None else net.table.entries,
+        "dsp": not looped and net.bits == 16 and fused.shift == 0,
+        "looped": looped,
+        "unroll": 1 if optimise == "size" or looped else copies,
+        "table": _table(net, packed),
+        "packed": packed,
+        "entry_type": "uint32_t" if packed else "uint16_t",
+        "saturates": any(act["kind"] == "tanh" for act in acts),
         "table_note": _table_note(net),
         "activations": list({act["id"]: act for act in acts}.values()),
         "hidden": [
             {
-                "id": ids[number],
+                "id": f"h{number + 1}",
                 "units": len(layer.bias),
                 "inputs": layer.matrix.shape[1],
                 "rows": layer.weight,
-                "bias": [b % 2**32 for b in layer.bias],
+                **_biases(layer, origins[number]),
                 "source": sources[number],
                 "shift": layer.shift,
                 "offset_shift": net.bits - 1 - layer.shift,
-                "act": acts[number]["id"],
+                "act": acts[number]["call"],
             }
             for number, layer in enumerate(hidden)
         ],
         "fused": {
-            "units": len(fused.bias),
-            "inputs": width,
-            "stride": width + len(net.outputs),
-            "rows": _unit_rows(fused, last, unsigned),
-            "pairs": [
-                {"first": i, "second": i + 1 if i + 1 < width else "z", "both": i + 1 < width}
-                for i in range(0, width, 2)
-            ],
-            "pair_rows": [
-                [f"W2({a}, {b})" for a, b in zip(row[::2], (*row[1::2], 0), strict=False)]
-                for row in fused.weight
-            ],
-            "out_rows": [
-                [_out(row[j], unsigned) for row in last.weight] for j in range(len(fused.bias))
-            ],
-            "bias": [b % 2**32 for b in fused.bias],
+            **_fused(net, fused, last, origins[len(hidden)]),
             "source": sources[len(hidden)],
-            "unrolled": unrolled,
-            "terms": [f"(uint32_t)unit[{i}] * x{i}" for i in range(width)] if unrolled else [],
-            "input_sum": " + ".join(f"x{i}" for i in range(width)) if unrolled else "",
-            "shift": fused.shift,
-            "offset_shift": net.bits - 1 - fused.shift,
-            "act": acts[len(hidden)]["id"],
+            "act": acts[len(hidden)]["call"],
         },
-        "signed_outputs": not unsigned,
+        "signed_outputs": not last.unsigned,
         "out_shift": last.shift,
         "out_offset_shift": net.bits - 1 - last.shift,
     }
@@ -160,55 +159,94 @@ def accuracy_lines(net: IntNetwork) -> list[str]:
     return lines
 
 
-def _out(value: int, unsigned: bool) -> str:
-    return f"{value}" if unsigned else f"W({value})"
+def _biases(layer: IntLayer, origin: Any) -> dict[str, Any]:
+    """A layer's biases as 16-bit words on a grid, once its inputs count from ``origin``."""
+    moved = replace(layer, bias=tuple(int(b) for b in np.asarray(layer.bias) + origin))
+    base, shift = moved.bias_grid
+    return {
+        "bias": [(b - base) >> shift for b in moved.bias],
+        "whole_bias": [b % 2**32 for b in moved.bias],
+        "bias_shift": shift,
+        "base": base % 2**32,
+    }
 
 
-def _unit_rows(fused: IntLayer, last: IntLayer, unsigned: bool) -> list[list[str]]:
-    return [
-        [f"W({w})" for w in row] + [_out(out[j], unsigned) for out in last.weight]
+def _fused(net: IntNetwork, fused: IntLayer, last: IntLayer, origin: Any) -> dict[str, Any]:
+    """The last hidden layer and the output layer, in one loop over the units."""
+    width = fused.matrix.shape[1]
+    joined = net.bits == 16
+    biases = _biases(fused, origin)
+
+    def out(value: int) -> str:
+        return f"{value}" if last.unsigned else f"W({value})"
+
+    rows = [
+        [f"W({w})" for w in row]
+        + ([str(biases["bias"][j])] if joined else [])
+        + [out(weights[j]) for weights in last.weight]
         for j, row in enumerate(fused.weight)
     ]
+    return {
+        **biases,
+        "units": len(fused.bias),
+        "inputs": width,
+        "joined": joined,
+        "first_out": width + joined,
+        "stride": len(rows[0]),
+        "rows": rows,
+        "pairs": [{"first": i, "second": i + 1, "both": i + 1 < width} for i in range(0, width, 2)],
+        "dsp_stride": (width + 1) // 2 + 1 + len(net.outputs),
+        "dsp_rows": [
+            [f"W2({a}, {b})" for a, b in zip(row[::2], (*row[1::2], 0), strict=False)]
+            + [f"{biases['whole_bias'][j]}u"]
+            + [
+                f"{weights[j] if last.unsigned else weights[j] + OFFSET_16}u"
+                for weights in last.weight
+            ]
+            for j, row in enumerate(fused.weight)
+        ],
+        "input_sum": " + ".join(f"x{i}" for i in range(width)),
+        "shift": fused.shift,
+        "offset_shift": net.bits - 1 - fused.shift,
+    }
 
 
-def _activations(net: IntNetwork, proofs: tuple[bounds.LayerBounds, ...]) -> list[dict[str, Any]]:
-    """One entry per hidden layer; layers of the same kind and scale share a function."""
-    result = []
-    for layer, proof in zip(net.layers[:-1], proofs, strict=False):
-        if layer.activation == "tanh":
-            assert net.table is not None
-            fraction = f"(z >> {layer.fine})" if layer.fine > 0 else "z"
-            if layer.fine < 0:
-                fraction = f"(z << {-layer.fine})"
-            result.append(
-                {
-                    "id": f"tanh_{layer.fine}".replace("-", "m") + ("c" if proof.clips else ""),
-                    "kind": "tanh",
-                    "clips": proof.clips,
-                    "last": layer.clip_at(net.table),
-                    "index_shift": FRACTION_BITS + layer.fine,
-                    "fraction": fraction,
-                    "note": "(1 + tanh) * 2^15 of a sum, by the table; "
-                    + (
-                        "clipped to its ends."
-                        if proof.clips
-                        else "no sum can leave it (proved for all inputs)."
-                    ),
-                }
-            )
-        else:
-            scaled = f"z >> {layer.fine}" if layer.fine > 0 else "z"
-            if layer.fine < 0:
-                scaled = f"z << {-layer.fine}"
-            result.append(
-                {
-                    "id": f"relu_{layer.fine}".replace("-", "m"),
-                    "kind": "relu",
-                    "scaled": scaled,
-                    "note": "A sum, or 0 where it is negative, in 16 bits.",
-                }
-            )
-    return result
+def _activation(net: IntNetwork, layer: IntLayer) -> dict[str, Any]:
+    """The function of a hidden layer; layers of the same kind and scale share it."""
+    scaled = f"z >> {layer.fine}" if layer.fine > 0 else "z"
+    if layer.fine < 0:
+        scaled = f"z << {-layer.fine}"
+    if layer.activation == "relu":
+        name = f"relu_{layer.fine}".replace("-", "m")
+        return {"id": name, "call": f"{name}(z)", "kind": "relu", "scaled": scaled}
+    assert net.table is not None
+    name = f"tanh_{layer.fine}".replace("-", "m")
+    return {
+        "id": name,
+        "call": f"{name}(z, entries)",
+        "kind": "tanh",
+        "bits": layer.clip_at(net.table).bit_length(),
+        "index_shift": FRACTION_BITS + layer.fine,
+        "fraction": f"({scaled})" if layer.fine else "z",
+    }
+
+
+def _table(net: IntNetwork, packed: bool) -> list[str]:
+    if net.table is None:
+        return []
+    entries = net.table.entries
+    if not packed:
+        return [str(entry) for entry in entries]
+    return [f"{(a << 16) + b - a}u" for a, b in pairwise(entries)]
+
+
+def _table_bytes(net: IntNetwork, packed: bool) -> int:
+    return len(_table(net, packed)) * (4 if packed else 2)
+
+
+def _weight_bytes(net: IntNetwork) -> int:
+    weights = sum(layer.matrix.size for layer in net.layers) * net.bits // 8
+    return weights + sum(2 * len(layer.bias) for layer in net.layers[:-1])
 
 
 def _table_note(net: IntNetwork) -> str:
@@ -221,7 +259,7 @@ def _table_note(net: IntNetwork) -> str:
     )
 
 
-def _stack_note(net: IntNetwork, many_inputs: bool) -> str:
+def _stack_note(net: IntNetwork, looped: bool) -> str:
     size = sum(4 * len(layer.bias) for layer in net.layers[:-2])
-    size += 4 * len(net.inputs) if many_inputs else 0
+    size += 4 * len(net.inputs) if looped else 0
     return f"about {64 + size} bytes of stack"

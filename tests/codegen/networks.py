@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+
 from softsense_codegen.fixed import tanh_table
-from softsense_codegen.network import Input, IntLayer, IntNetwork, Output
+from softsense_codegen.network import Input, IntLayer, IntNetwork, Output, bias_words
 
 
 def make_network(
@@ -35,7 +36,11 @@ def make_network(
             shift, center = 0, weight @ ((low + high) // 2)
         else:
             shift, center = min(6, bits - 1), (weight.sum(axis=1) * 32768) >> 6
-        bias = middle - center + rng.integers(-(2**18), 2**18, size=units)
+        noise = rng.integers(-(2**18), 2**18, size=units) * 1.0
+        if depth == 0:
+            bias = bias_words(middle + noise) - center
+        else:
+            bias = bias_words(middle - center + noise)
         layers.append(
             IntLayer(
                 tuple(map(tuple, weight.tolist())), tuple(bias.tolist()), shift, activation, fine

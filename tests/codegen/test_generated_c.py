@@ -11,14 +11,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from networks import make_network
+
 from softsense_codegen import reference
 from softsense_codegen.errors import SoftsenseError
 from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork
 
 GOLDEN = Path(__file__).parent / "golden"
-WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wshadow -Werror".split()
-SANITIZE = "-O1 -fsanitize=undefined,address -fno-sanitize-recover=all".split()
+WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
+SANITIZE = ["-O1", "-fsanitize=undefined,address", "-fno-sanitize-recover=all"]
 MAIN = """
 #include <stdio.h>
 #include "{name}.h"
@@ -251,7 +252,8 @@ def test_frama_c_finds_no_undefined_behaviour_for_any_input(shape, tmp_path: Pat
     (tmp_path / "eva.c").write_text(
         f'#include "{net.name}.h"\n#include "__fc_builtin.h"\n'
         f"void eva(void) {{ int16_t x[{net.name}_INPUTS]; int32_t y[{net.name}_OUTPUTS];\n"
-        f"for (int i = 0; i < {net.name}_INPUTS; i++) x[i] = (int16_t)Frama_C_interval(-32768, 32767);\n"
+        f"for (int i = 0; i < {net.name}_INPUTS; i++)\n"
+        "    x[i] = (int16_t)Frama_C_interval(-32768, 32767);\n"
         f"{net.name}_estimate(x, y); (void){net.name}_uncalibrated(x); }}\n"
     )
     done = subprocess.run(

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from softsense_codegen import bounds, reference
 from softsense_codegen.errors import SoftsenseError
 from softsense_codegen.network import IntNetwork, c_name, check_name

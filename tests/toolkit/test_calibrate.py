@@ -22,6 +22,7 @@ from softsense.simulate import (
     to_recording,
 )
 from softsense.simulate.calibrate import calibrate
+from softsense.simulate.characterise import characterise
 
 DT_S = 0.05
 NOISE = Placed("noise", "electrical", {"level_lsb": 1.0})
@@ -115,6 +116,46 @@ def test_the_command_writes_a_rig_that_runs(tmp_path, capsys) -> None:
     assert first.sensors == second.sensors
     np.testing.assert_allclose(first.target, second.target, rtol=0, atol=1e-8)
     assert np.sqrt(np.mean((first.codes - second.codes) ** 2.0)) < 2.5
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("motion", ["ramp", "binary", "noise", "spike", "huge"])
+@pytest.mark.parametrize("kind", ["straight", "rails", "noise", "one code", "falling"])
+def test_odd_recordings_neither_crash_nor_give_nonsense(motion: str, kind: str) -> None:
+    count = 600
+    t = DT_S * np.arange(count)
+    rng = np.random.default_rng(0)
+    y = {
+        "ramp": np.linspace(0, 1, count),
+        "binary": (np.sin(t) > 0).astype(float),
+        "noise": rng.random(count),
+        "spike": np.append(np.zeros(count - 1), 1.0),
+        "huge": 1e9 + 1e3 * np.sin(t),
+    }[motion]
+    share = (y - y.min()) / np.ptp(y)
+    codes = {
+        "straight": 500 + 3000 * share,
+        "rails": np.where(np.arange(count) % 50 < 25, 0, 4095),
+        "noise": rng.integers(0, 4096, count),
+        "one code": np.append(np.zeros(count - 1), 1),
+        "falling": 3000 - 2990 * share,
+    }[kind]
+    end = recording.FrontEnd("codes", 12)
+    odd = recording.Recording(
+        "odd",
+        ("s1",),
+        codes.astype(np.int32)[:, None],
+        ("strain",),
+        ("1",),
+        y[:, None],
+        t,
+        (end,),
+    )
+    fitted = calibrate(odd)
+    assert np.isfinite(run(fitted.rig, share).volts).all()
+    # never worse than saying the mean code throughout
+    assert fitted.sensors[0].residual <= 1.02 * codes.std() + 1.0
+    assert characterise(odd).sensors[0].span_codes > 0
 
 
 def test_too_little_is_refused() -> None:

@@ -123,6 +123,16 @@ def test_what_cannot_be_characterised_is_refused() -> None:
         characterise(dead)
 
 
+def test_a_motion_that_never_returns_has_no_loop(tmp_path, capsys) -> None:
+    path = tmp_path / "ramp.csv"
+    rows = [f"{0.05 * k:.2f},{0.001 * k:.4f},{500 + 3 * k}" for k in range(300)]
+    path.write_text("t_s,strain,s1\n" + "\n".join(rows) + "\n")
+    assert main(["characterise", str(path), "--json"]) == 0
+    sensor = json.loads(capsys.readouterr().out)["sensors"][0]
+    assert sensor["loop_area_share"] is None
+    assert sensor["linearity_r2"] == pytest.approx(1.0)
+
+
 def test_the_command_draws_and_repeats_itself(tmp_path, capsys) -> None:
     rec, rig = tmp_path / "rec.csv", tmp_path / "rig.toml"
     main(["simulate", "linear", "--samples", "600", "-o", str(rec), "--save-rig", str(rig), "-q"])

@@ -107,7 +107,7 @@ def test_unknown_names_are_refused() -> None:
         effect("gain").apply(u, context_of(u[:, 0]), {"depth": 1.0})
     with pytest.raises(ValueError, match="no form 'cubic'"):
         effect("gain").apply(u, context_of(u[:, 0]), form="cubic")
-    with pytest.raises(ValueError, match=r"could not be broadcast|cannot|not compatible|requested"):
+    with pytest.raises(ValueError, match="3 values for 2 channels"):
         effect("gain").apply(u, context_of(u[:, 0]), {"amplitude": np.ones(3)})
 
 

@@ -158,5 +158,6 @@ def _layer(graph: _Graph, net: IntNetwork, layer: IntLayer, x: str) -> str:
     entries = graph.constant(np.asarray(table.entries, dtype=np.int64), "table")
     low = graph.node("Gather", entries, index)
     high = graph.node("Gather", entries, graph.node("Add", index, graph.int64(1)))
-    rise = graph.node("Mul", graph.node("Sub", high, low), fraction)
-    return graph.node("Add", low, graph.shift(rise, FRACTION_BITS))
+    rise = graph.node("Sub", high, low)
+    part = graph.node("Add", graph.node("Mul", rise, fraction), rise)
+    return graph.node("Add", low, graph.shift(part, FRACTION_BITS))

@@ -29,6 +29,7 @@ from softsense_codegen.network import (
     IntLayer,
     IntNetwork,
     Output,
+    bias_words,
     c_name,
 )
 
@@ -39,7 +40,7 @@ Progress = Callable[[float], None]
 # The promise: half a step of a 12-bit reading, as a share of full scale.
 TOLERANCE = 1.0 / 8192.0
 # Tables are tried from small to large; the first that keeps the promise is taken.
-SEGMENTS = (96, 128, 192, 256, 384, 512, 768, 1024, 2048)
+SEGMENTS = (128, 256, 512, 1024, 2048)
 # tanh is cut beyond a reach within these limits (or sooner, where no unit reaches that far).
 REACHES = (3.5, 8.0)
 DAMPING = (1e-6,)
@@ -231,6 +232,7 @@ def _round(
     parameters = sum(layer.weight.size + layer.bias.size for layer in plain)
     inputs = tuple(Input(i.name, i.low, i.high, i.front_end) for i in mlp.inputs)
     word = 2.0 ** (bits - 1) - 1
+    middles = [(i.low + i.high) // 2 for i in inputs]
     layers: list[IntLayer] = []
     a = reference.clip_codes(_shell(inputs), points)
     unit, zero = 1.0, 0.0  # a real activation is unit * a + zero
@@ -246,7 +248,9 @@ def _round(
         else:
             weight, bias = np.rint(layer.weight * scale.weight), layer.bias
         real_zero = zero * weight.sum(axis=1) / scale.weight  # what the activations' zero adds
-        z_bias = np.rint((bias + real_zero + scale.origin) * scale.z)
+        middle = weight @ middles if depth == 0 else np.zeros(len(bias))
+        exact = (bias + real_zero + scale.origin) * scale.z
+        z_bias = bias_words(exact + middle) - middle
         made = IntLayer(
             _tuples(weight),
             tuple(int(b) for b in z_bias),

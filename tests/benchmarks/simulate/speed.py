@@ -10,7 +10,9 @@ import json
 import sys
 import time
 
-from softsense.simulate import finger_rig, linear_rig, random_motion, run
+from softsense.simulate import finger_rig, linear_rig, random_motion, run, simulate
+from softsense.simulate.calibrate import calibrate
+from softsense.simulate.characterise import characterise
 
 DT_S = 0.05
 
@@ -36,6 +38,13 @@ def main() -> int:
         best_s(200, rig, 1)  # compiles or loads the loops
         for samples, repeats in ((8_000, 10), (100_000, 3), (1_000_000, 1)):
             rows[f"{name}, {samples} samples x 7 sensors"] = best_s(samples, rig, repeats)
+    recording = simulate(rigs["linear"])
+    start = time.process_time()
+    characterise(recording)
+    rows["characterise, 8000 samples x 7 sensors"] = time.process_time() - start
+    start = time.process_time()
+    calibrate(recording)
+    rows["calibrate, 8000 samples x 7 sensors"] = time.process_time() - start
     if args.json:
         print(json.dumps(rows, indent=1))
     else:

@@ -42,7 +42,8 @@ def run(args: argparse.Namespace, console: Console) -> int:
     rig = read_rig(args.rig) if args.rig else None
     character = characterise(recording, rig, _pairs(args.pairs))
     nets: tuple[TwoFactor, ...] = ()
-    if rig and rig.body == "linear" and rig.target == recording.targets[0]:
+    stressed = rig is not None and any(placed.at == "stress" for placed in rig.effects)
+    if rig and stressed and rig.body == "linear" and rig.target == recording.targets[0]:
         nets = two_factor(recording, rig, args.seed)
     data = _plain({**asdict(character), "two_factor": [asdict(net) for net in nets]})
     if args.output:

@@ -7,7 +7,8 @@
 
 linear writes t_s,strain,s1,…; strain is the default target of every command. finger writes
 t_s,x_px,y_px,bend_deg,pressure_kpa,s1,…: say --target x_px,y_px (or bend_deg) when you use the
-recording; columns with these names are never taken for sensors by default."""
+recording; columns with these names are never taken for sensors by default. A motion file for the
+finger has the commanded pressure_kpa; the recording has the pressure within the finger."""
 
 from __future__ import annotations
 

@@ -139,11 +139,11 @@ class Effect:
         values = {}
         for parameter in self.parameters:
             value = np.asarray(given.get(parameter.name, parameter.default), dtype=np.float64)
-            if value.ndim < 2:
-                value = np.broadcast_to(value, (channels,))
-            elif value.shape[0] != channels:
-                raise ValueError(f"{self.name}.{parameter.name}: {value.shape} for {channels}")
-            values[parameter.name] = value
+            if value.ndim and value.shape[0] != channels:
+                raise ValueError(
+                    f"{self.name}.{parameter.name}: {value.shape[0]} values for {channels} channels"
+                )
+            values[parameter.name] = np.full(channels, value) if value.ndim == 0 else value
         return self.simulate(signal, context, values, chosen, state)
 
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from math import exp
 
 import numpy as np
-from numba import njit
 
 from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects.operators import compiled
 
 # Stop operators of a Prandtl-Ishlinskii loop: with fewer, the corners of a loop show.
 _STOPS = 6
 
 
-@njit(cache=True)
+@compiled
 def _stops(u: Floats, thresholds: Floats, last: Floats, memory: Floats) -> Floats:
     """Mean of stop operators, of size 1 when all slip. ``thresholds``, ``memory``: (c, stops).
 
@@ -38,7 +38,7 @@ def _stops(u: Floats, thresholds: Floats, last: Floats, memory: Floats) -> Float
     return output
 
 
-@njit(cache=True)
+@compiled
 def _bouc_wen(u: Floats, threshold: Floats, beta: float, last: Floats, memory: Floats) -> Floats:
     """dz = (du - beta |du| z - (1 - beta) du |z|) / threshold, solved exactly for each step."""
     samples, channels = u.shape

@@ -7,7 +7,9 @@ the effects that are to be simulated and diagnosed.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import exp, expm1
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -15,6 +17,15 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 Floats = NDArray[np.float64]
+
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """``function`` as a compiled loop, kept on disk where there is a place to keep it."""
+    try:
+        result: Callable[..., Any] = njit(cache=True)(function)
+    except RuntimeError:  # no writable folder for the cache: compile in every process
+        result = njit(function)
+    return result
 
 
 def first_order_hold(dt_s: float, tau_s: float) -> tuple[float, float, float]:
@@ -56,7 +67,7 @@ def rate(strain: Floats, dt_s: float, previous: float | None) -> Floats:
     return np.diff(strain, prepend=first) / dt_s
 
 
-@njit(cache=True)
+@compiled
 def play(signal: Floats, width: Floats, memory: Floats) -> Floats:
     """Play operators: memory[c] follows signal[:, c] at most ``width[c] / 2`` away from it.
 

@@ -25,7 +25,7 @@ from softsense.simulate.run import run
 
 Floats = NDArray[np.float64]
 
-KNOTS = 17
+KNOTS = 25
 BLOCKS = 10
 # A term must lower the held-out mean square error by this share to come in.
 GAIN = 0.02
@@ -59,7 +59,8 @@ class Term:
 class FittedSensor:
     """How well a sensor's model fits, RMS in codes.
 
-    ``held_out_by_states``: with 0, 1, 2, … stress states as the search came by. ``residual``: of the noiseless rig against the whole recording. ``noise``: the floor, from differences.
+    ``held_out_by_states``: with 0, 1, 2, … stress states, as the search went. ``residual``: of
+    the noiseless rig against the whole recording. ``noise``: the floor, from differences.
     """
 
     name: str
@@ -154,21 +155,33 @@ class _Scale:
         result: Floats = self.top * ohm / (ohm + self.reference_ohm)
         return result
 
-    def slope(self, code: Floats) -> Floats:
-        """d code / d u at ``code``."""
-        ohm = self.base_ohm * (1.0 + self.span * self.response(code))
-        slope = self.top * self.reference_ohm / (ohm + self.reference_ohm) ** 2
-        result: Floats = slope * abs(self.base_ohm * self.span)
-        return result
+    def work(self, model: Floats, code: Floats) -> tuple[Floats, Floats]:
+        """Working response and weight of Gauss-Newton at responses ``model``.
+
+        (work - model) weight = code - code(model), weight = d code / d u at ``model``, held
+        within the ADC's scale, where the weight is never nil.
+        """
+        low, high = self.response(np.zeros(1))[0], self.response(np.full(1, self.top))[0]
+        inside = np.clip(model, min(low, high), max(low, high))
+        ohm = self.base_ohm * (1.0 + self.span * inside)
+        weight = self.top * self.reference_ohm / (ohm + self.reference_ohm) ** 2
+        weight = weight * abs(self.base_ohm * self.span)
+        sign = 1.0 if self.span > 0 else -1.0
+        return inside + sign * (code - self.codes(inside)) / weight, weight
 
 
 @dataclass(frozen=True)
 class _Linear:
-    """goal = [hats, columns] @ [curve, weights] near a solution whose own output is ``model``."""
+    """goal = [hats, columns] @ [curve, weights] near a solution whose own output is ``model``.
+
+    ``work``: the response that ``model`` is to reach; ``weight``: codes per response.
+    """
 
     hats: Floats
     columns: list[Floats]
     goal: Floats
+    work: Floats
+    weight: Floats
     model: Floats
     low: float
     high: float
@@ -180,8 +193,6 @@ class _Problem:
 
     def __init__(self, x: Floats, dt_s: float, scale: _Scale, code: Floats, place: Place) -> None:
         self.x, self.scale, self.code, self.place = x, scale, code, place
-        self.u = scale.response(code)
-        self.weight = scale.slope(code)
         self.context = Context(dt_s, x)
         bend = np.diff(np.eye(KNOTS), 2, axis=0)
         self.smooth = bend.T @ bend
@@ -191,17 +202,14 @@ class _Problem:
         """Mean square error in codes of responses ``model``."""
         return float(np.mean((self.scale.codes(model) - self.code) ** 2))
 
-    def follow(self, model: Floats) -> None:
-        """Weigh an error in response by the codes that it makes between ``model`` and ``u``."""
-        apart = model - self.u
-        far = np.abs(apart) > 1e-9
-        secant = (self.scale.codes(model) - self.code) / np.where(far, apart, 1.0)
-        self.weight = np.where(far, np.abs(secant), self.weight)
-
     def hats(self, z: Floats, low: float, high: float) -> Floats:
         """(samples, knots) hat functions of ``z`` within low … high."""
         at = (z - low) / (high - low) * (KNOTS - 1)
-        hats: Floats = np.maximum(1.0 - np.abs(at[:, None] - np.arange(KNOTS)), 0.0)
+        knot = np.clip(at.astype(np.intp), 0, KNOTS - 2)
+        hats = np.zeros((len(z), KNOTS))
+        rows = np.arange(len(z))
+        hats[rows, knot] = 1.0 - (at - knot)
+        hats[rows, knot + 1] = at - knot
         return hats
 
     def added(self, term: Term, source: Floats) -> Floats:
@@ -239,7 +247,9 @@ class _Problem:
             model = output.copy()
             for weight, unit in zip(solution.weights, units, strict=False):
                 model += weight * unit
-            return _Linear(hats, units, self.u, model, solution.low, solution.high, curve)
+            work, weight = self.scale.work(model, self.code)
+            low, high = solution.low, solution.high
+            return _Linear(hats, units, work, work, weight, model, low, high, curve)
         units = self.states(every, solution.weights, self.x)
         moved = np.zeros_like(self.x)
         for weight, unit, term in zip(solution.weights, units, every, strict=False):
@@ -247,7 +257,7 @@ class _Problem:
                 moved += weight * unit
         z = self.x + moved
         low, high = float(z.min()), float(z.max())
-        # The old curve on the new range: straight beyond its ends, as the rig reads it.
+        # The old curve on the new range, level beyond its ends until it is solved anew.
         at = np.linspace(low, high, KNOTS)
         old = np.linspace(solution.low, solution.high, KNOTS)
         curve = np.interp(at, old, curve)
@@ -263,15 +273,17 @@ class _Problem:
             if term.effect not in BEFORE:
                 model += weight * unit
         # curve(z) near the old z is hats @ curve + slope (z - old z): the old part to the goal
-        return _Linear(hats, columns, self.u + slope * moved, model, low, high, curve)
+        work, weight = self.scale.work(model, self.code)
+        goal = work + slope * moved
+        return _Linear(hats, columns, goal, work, weight, model, low, high, curve)
 
     def normal(self, linear: _Linear) -> tuple[Floats, Floats, Floats]:
         """Per block: Gram matrices, moments with the goal, and its power."""
         columns = np.column_stack([linear.hats, *linear.columns])
         grams, moments, powers = [], [], []
         for begin, end in zip(self.edges[:-1], self.edges[1:], strict=True):
-            part = columns[begin:end] * self.weight[begin:end, None]
-            goal = linear.goal[begin:end] * self.weight[begin:end]
+            part = columns[begin:end] * linear.weight[begin:end, None]
+            goal = linear.goal[begin:end] * linear.weight[begin:end]
             grams.append(part.T @ part)
             moments.append(part.T @ goal)
             powers.append(float(goal @ goal))
@@ -453,13 +465,14 @@ def _refine(problem: _Problem, solution: _Solution) -> _Solution:
         linear = problem.forward(solution)
         grams, moments, _ = problem.normal(linear)
         solved = problem.solve(grams.sum(axis=0), moments.sum(axis=0))
-        tried = [_step(problem, solution, solved, share) for share in _STEPS]
-        best = min(tried, key=lambda one: one.wrong)
-        if best.wrong >= solution.wrong:
+        for share in _STEPS:
+            moved = _step(problem, solution, solved, share)
+            if moved.wrong < solution.wrong:
+                break
+        else:
             break
-        rests = best.wrong > 0.999 * solution.wrong
-        solution = best
-        problem.follow(problem.forward(solution).model)
+        rests = moved.wrong > 0.999 * solution.wrong
+        solution = moved
         if rests:
             break
     return solution
@@ -475,7 +488,7 @@ def _step(problem: _Problem, solution: _Solution, solved: Floats, share: float) 
         # With the weights given, the curve over the strain and its states is solved exactly.
         linear = problem.forward(replace(solution, weights=weights))
         rest = linear.model - linear.hats @ linear.curve
-        known = replace(linear, columns=[], goal=problem.u - rest)
+        known = replace(linear, columns=[], goal=linear.work - rest)
         grams, moments, _ = problem.normal(known)
         curve = problem.solve(grams.sum(axis=0), moments.sum(axis=0))
         moved = _Solution(

@@ -42,7 +42,9 @@ UNREPEATABLE = 0.15
 
 @dataclass(frozen=True)
 class SensorCharacter:
-    """One sensor. Shares are of ``span_codes``, the span of its mean curve over the target.
+    """One sensor; ``matrix`` as its rig says.
+
+    Shares are of ``span_codes``, the span of its mean curve over the target.
 
     ``curve``: (bins,) mean code rising, falling and both, at ``Character.target_bins``; NaN where
     a bin is empty. ``relaxation``: (time constant in s, share) pairs. ``gauge_factor``: relative
@@ -51,6 +53,7 @@ class SensorCharacter:
     """
 
     name: str
+    matrix: str
     span_codes: float
     curve: Floats
     curve_rising: Floats
@@ -123,8 +126,18 @@ def characterise(
     rising = _direction(x, dt_s)
     shapes = _Shapes(x, dt_s)
     ohms = _ohms(recording, rig)
+    matrices = {sensor.name: sensor.matrix for sensor in rig.sensors} if rig else {}
     sensors = tuple(
-        _sensor(name, recording.codes[:, i].astype(np.float64), ohms[i], y, bins, rising, shapes)
+        _sensor(
+            name,
+            matrices.get(name, ""),
+            recording.codes[:, i].astype(np.float64),
+            ohms[i],
+            y,
+            bins,
+            rising,
+            shapes,
+        )
         for i, name in enumerate(recording.sensors)
     )
     every = (*(_samples_of_one(rig) if rig else ()), *pairs)
@@ -243,6 +256,7 @@ def _apart(pole: int, chosen: Sequence[int]) -> bool:
 
 def _sensor(
     name: str,
+    matrix: str,
     code: Floats,
     ohm: Floats | None,
     y: Floats,
@@ -254,6 +268,8 @@ def _sensor(
         _bin_means(code, bins, rows) for rows in (np.ones_like(rising), rising, ~rising)
     )
     span = float(np.nanmax(both) - np.nanmin(both))
+    if span == 0.0:  # the motion filled one bin only: the sensor's own range must do
+        span = float(np.ptp(code))
     sign = 1.0 if np.corrcoef(y, code)[0, 1] >= 0 else -1.0
     slope, offset = np.polyfit(y, code, 1)
     straight = slope * y + offset
@@ -276,11 +292,12 @@ def _sensor(
         gauge = float(np.polyfit(y, ohm / base, 1)[0])
     return SensorCharacter(
         name=name,
+        matrix=matrix,
         span_codes=span,
         curve=both,
         curve_rising=up,
         curve_falling=down,
-        loop_area_share=float(np.nanmean(np.abs(up - down)) / span),
+        loop_area_share=_mean(np.abs(up - down)) / span,
         friction_share=float(sign * friction / span),
         drift_share=float(drift / span),
         drift_share_per_hour=float(drift / span * 3600.0 / shapes.length_s),
@@ -336,6 +353,12 @@ def _bin_means(values: Floats, bins: NDArray[np.intp], rows: NDArray[np.bool_]) 
     total = np.bincount(bins[rows], values[rows], minlength=BINS)
     means: Floats = np.where(count >= 3, total / np.maximum(count, 1), np.nan)
     return means
+
+
+def _mean(values: Floats) -> float:
+    """Mean of what is a number; NaN where nothing is, e.g. of a motion that never returns."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if len(known) else float("nan")
 
 
 def _settling_s(relaxation: Sequence[tuple[float, float]]) -> float:

@@ -62,13 +62,16 @@ def _loops(recording: Recording, character: Character) -> Figure:
         axis.plot(
             recording.target[::step, 0],
             recording.codes[::step, number],
-            ",",
-            color="#bbbbbb",
+            ".",
+            ms=1.5,
+            mew=0,
+            color="#999999",
             rasterized=True,
         )
         axis.plot(character.target_bins, sensor.curve_rising, color=_RISE, lw=1.4, label="rising")
         axis.plot(character.target_bins, sensor.curve_falling, color=_FALL, lw=1.4, label="falling")
-        axis.set_title(f"{sensor.name}: loop {100 * sensor.loop_area_share:.1f} %", fontsize=9)
+        title = f"{sensor.name} {sensor.matrix}".strip()
+        axis.set_title(f"{title}: loop {100 * sensor.loop_area_share:.1f} %", fontsize=9)
         axis.set_xlabel(_label(character), fontsize=8)
         axis.tick_params(labelsize=7)
     axes.flat[0].set_ylabel("code", fontsize=8)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from softsense.errors import SoftsenseError
 from softsense.recording import TIME_COLUMN, FrontEnd, Recording, unit_of
+from softsense.simulate.motion import random_motion
 from softsense.simulate.rig import Rig
-from softsense.simulate.run import RigState, Run
+from softsense.simulate.run import RigState, Run, run
 from softsense_codegen.atomic import write_text
 
 Floats = NDArray[np.float64]
@@ -56,6 +57,11 @@ def to_recording(rig: Rig, result: Run, temp_c: Floats | None = None) -> Recordi
         front_ends=tuple(FrontEnd("codes", rig.adc_bits) for _ in rig.sensors),
         context=context,
     )
+
+
+def simulate(rig: Rig, samples: int = 8000, seed: int = 0) -> Recording:
+    """The recording of ``rig`` under the pseudo-random motion of ``seed``."""
+    return to_recording(rig, run(rig, random_motion(samples, 1.0 / rig.rate_hz, seed), seed))
 
 
 def write_ohms(rig: Rig, result: Run, path: Path, temp_c: Floats | None = None) -> Path:
