@@ -59,15 +59,25 @@ def test_the_tolerance_shrinks_with_the_samples(samples: int, tolerance: float) 
         assert subset.score == pytest.approx(truth, abs=tolerance)
 
 
-def test_information_of_correlated_targets_is_that_of_both_together() -> None:
-    """Two targets seen through noise: 0.5 log2 det of the Gaussian channel, not the sum of two."""
+def test_the_score_of_several_targets_is_that_of_their_mean_squared_error() -> None:
+    """Two correlated Gaussian targets seen through noise: the error covariance in closed form."""
     rng = np.random.default_rng(3)
     a = rng.normal(size=8000)
     y = np.stack([a, 0.9 * a + np.sqrt(1 - 0.81) * rng.normal(size=8000)], axis=1)
     x = y + 0.5 * rng.normal(size=y.shape)
-    covariance = np.array([[1, 0.9], [0.9, 1]])
-    truth = 0.5 * np.log2(np.linalg.det(np.eye(2) + covariance / 0.25))
-    assert rank(as_recording(x, y)).of_size(2)[0].score == pytest.approx(truth, abs=0.06)
+    for scale in (np.array([1.0, 1.0]), np.array([1.0, 20.0])):
+        covariance = np.array([[1, 0.9], [0.9, 1]]) * np.outer(scale, scale)
+        channel = np.diag(1 / scale)  # the sensors see the targets before they were scaled
+        seen = channel @ covariance @ channel + 0.25 * np.eye(2)
+        gain = covariance @ channel @ np.linalg.inv(seen)
+        error = covariance - gain @ channel @ covariance
+        rec = as_recording(x, y * scale)
+        truth = 0.5 * np.log2(np.trace(covariance) / np.trace(error))
+        assert rank(rec).of_size(2)[0].score == pytest.approx(truth, abs=0.05)
+        # in different units each counts relative to its own variance
+        relative = 0.5 * np.log2(2 / np.sum(np.diag(error) / np.diag(covariance)))
+        mixed = rank(replace(rec, target_units=("mm", "deg"))).of_size(2)[0].score
+        assert mixed == pytest.approx(relative, abs=0.05)
 
 
 def test_complementary_sensors_win_although_each_alone_is_poor() -> None:

@@ -160,3 +160,14 @@ def test_mistakes_are_one_line(
     error = capsys.readouterr().err
     assert message in error
     assert error.count("\n") == 1
+
+
+def test_a_dask_cluster_gives_the_same_files(path: Path, tmp_path: Path) -> None:
+    distributed = pytest.importorskip("distributed", reason="the extra 'dask' is not installed")
+    rec = recording.read(path).with_sensors(("a", "b"))
+    fit_all(rec, tmp_path / "alone", SETTINGS)
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None
+    ) as cluster:
+        fit_all(rec, tmp_path / "dask", SETTINGS, dask=cluster.scheduler_address)
+    assert texts(tmp_path / "alone") == texts(tmp_path / "dask")

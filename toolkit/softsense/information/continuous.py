@@ -18,17 +18,15 @@ Floats = NDArray[np.float64]
 NEIGHBOURS = 5
 
 
-def gaussian(variance: ArrayLike, error: ArrayLike) -> float:
-    """Bits 0.5 log2(det ``variance`` / det ``error``), the matrices (targets, targets) or scalars.
+def gaussian(variance: float, error: float) -> float:
+    """Bits 0.5 log2(``variance`` / ``error``) of a target and of an estimate's squared error.
 
-    For a Gaussian target of covariance ``variance`` and any estimate of it whose error has the
-    second moments ``error``, a lower bound of I(X;Y): the conditional entropy is at most that of a
-    Gaussian with the error's covariance. For other targets it is the same number with h(Y) taken
-    to be Gaussian: a measure of accuracy in bits, not a bound.
+    For a Gaussian target a lower bound of I(X;Y), whatever the estimate: h(Y|X) is at most the
+    entropy of a Gaussian with the error's variance. It is reached where the estimate is the
+    conditional mean and the error Gaussian. For other targets the same number with h(Y) taken to
+    be Gaussian: accuracy in bits, not a bound.
     """
-    _, top = np.linalg.slogdet(np.atleast_2d(np.asarray(variance, dtype=np.float64)))
-    _, bottom = np.linalg.slogdet(np.atleast_2d(np.asarray(error, dtype=np.float64)))
-    return float(0.5 * (top - bottom) / np.log(2.0))
+    return float(0.5 * np.log2(variance / error))
 
 
 def nearest_neighbour(x: ArrayLike, y: ArrayLike, neighbours: int = NEIGHBOURS) -> float:

@@ -86,7 +86,7 @@ class HeldOut:
 
 
 def moments(x: Floats, y: Floats, weights: Floats, degree: int = DEGREE) -> Moments:
-    """Moments of sensors ``x`` in [-1, 1] with standardised targets ``y``, (samples, …) each.
+    """Moments of sensors ``x`` in [-1, 1] with centred targets ``y``, (samples, …) each.
 
     ``weights`` (samples,) counts each sample so many times.
     """
@@ -131,7 +131,7 @@ def held_out(known: Moments, subset: Sequence[int]) -> HeldOut:
             mixed = weight.T @ cross[fold]
             error += known.square[fold] - mixed - mixed.T + weight.T @ (gram[fold] @ weight)
         error /= whole
-        if best is None or np.linalg.det(error) < np.linalg.det(best.error):
+        if best is None or np.trace(error) < np.trace(best.error):
             best = HeldOut(error, part, weights)
     assert best is not None
     return best

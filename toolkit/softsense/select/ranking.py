@@ -40,13 +40,18 @@ LN2 = float(np.log(2.0))
 class Subset:
     """A set of sensors and what it tells about the targets.
 
-    ``score``: bits 0.5 log2(det target covariance / det held-out error) of a cross-validated
-    polynomial regression; larger is better, within and across sizes. On Gaussians it is the mutual
-    information. ``mi_bits``: plug-in joint mutual information on raw codes, the paper's measure; it
-    saturates at the target's entropy from about three sensors on. ``mi_lower_bits``: nearest
-    neighbours between the held-out estimate and the target, which by data processing is an estimate
-    of a lower bound of the mutual information (of the best told of several targets; None
-    for the candidates that a forward step passed over).
+    ``score``: bits 0.5 log2(target variance / held-out squared error) of a cross-validated
+    polynomial regression; larger is better, within and across sizes. On one Gaussian target it is
+    the mutual information, from below. Several targets add up their variances and errors, in their
+    common unit or, where units differ, each relative to its own variance: so the score foretells
+    the mean squared error of a network with those outputs.
+
+    ``mi_bits``: plug-in joint mutual information on raw codes, the paper's measure; it saturates
+    at the target's entropy from about three sensors on.
+
+    ``mi_lower_bits``: nearest neighbours between the held-out estimate and the target, which by
+    data processing is an estimate of a lower bound of the mutual information (of the best told of
+    several targets; None for the candidates that a forward step passed over).
     """
 
     sensors: tuple[str, ...]
@@ -260,12 +265,17 @@ def _best(subsets: Sequence[Subset]) -> dict[int, tuple[str, ...]]:
 
 
 def _standard(rec: Recording, weights: Floats) -> tuple[Floats, Floats]:
-    """Sensors in [-1, 1], targets with (weighted) mean 0 and variance 1."""
+    """Sensors in [-1, 1], targets with (weighted) mean 0 and variance 1.
+
+    Targets of one unit keep their proportions, with a mean variance of 1.
+    """
     low, high = rec.codes.min(axis=0), rec.codes.max(axis=0)
     x = (2.0 * rec.codes - low - high) / (high - low)
-    mean = np.average(rec.target, axis=0, weights=weights)
-    spread = np.sqrt(np.average((rec.target - mean) ** 2, axis=0, weights=weights))
-    return x, (rec.target - mean) / spread
+    centred = rec.target - np.average(rec.target, axis=0, weights=weights)
+    variance = np.average(centred**2, axis=0, weights=weights)
+    if len(set(rec.target_units)) == 1:
+        variance = np.full_like(variance, variance.mean())
+    return x, centred / np.sqrt(variance)
 
 
 def _degree(sensors: int, samples: int, features: int) -> int:
@@ -278,7 +288,8 @@ def _degree(sensors: int, samples: int, features: int) -> int:
 
 
 def _score(known: polynomial.Moments, fitted: polynomial.HeldOut) -> float:
-    return gaussian(known.square.sum(axis=0) / known.mass.sum(), fitted.error)
+    variance = known.square.sum(axis=0) / known.mass.sum()
+    return gaussian(float(np.trace(variance)), float(np.trace(fitted.error)))
 
 
 def _lower(known: polynomial.Moments, fitted: polynomial.HeldOut, y: Floats) -> float:

@@ -7,6 +7,7 @@ that were being trained, and goes on from there.
 from __future__ import annotations
 
 import hashlib
+import importlib
 import json
 import multiprocessing
 import signal
@@ -232,7 +233,8 @@ def _with_dask(
     address: str,
 ) -> Finished:
     try:
-        import distributed
+        # A name without types: the package's own are partial, and it may not be installed.
+        distributed: Any = importlib.import_module("distributed")
     except ImportError as error:
         raise SoftsenseError(
             "--dask needs the package distributed", remedy="pip install 'softsense[dask]'"
