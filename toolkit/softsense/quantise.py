@@ -112,6 +112,11 @@ def quantise(
     data = np.atleast_2d(np.asarray(codes, dtype=np.int64))
     if data.shape[1] != len(mlp.inputs):
         raise ValueError(f"codes {data.shape} for {len(mlp.inputs)} inputs")
+    for number, layer in enumerate(mlp.layers):
+        if not (np.isfinite(layer.weight).all() and np.isfinite(layer.bias).all()):
+            raise SoftsenseError(
+                f"layer {number + 1} has weights that are not finite", remedy="train again"
+            )
     rng = np.random.default_rng(seed)
     plain = _plain(mlp)
     fit_points = _points(mlp, data, rng)
@@ -292,8 +297,8 @@ def _layer_scale(
 ) -> _Scale:
     """The largest scales that fit the word of the weights and 32 bits of the sums."""
     largest = float(np.abs(layer.weight).max())
-    if largest == 0.0 or not np.isfinite(largest):
-        raise SoftsenseError("a layer's weights are all zero or not finite", remedy="train again")
+    if largest == 0.0:
+        raise SoftsenseError("a layer's weights are all zero", remedy="train again")
     word = 2.0 ** (bits - 1) - 1
     ends = np.stack(
         [layer.weight * (unit * bound[0] + zero), layer.weight * (unit * bound[1] + zero)]
