@@ -126,11 +126,26 @@ def _columns(x: ArrayLike) -> tuple[Labels, int]:
         )
     if table.ndim not in (1, 2) or table.size == 0:
         raise ValueError(f"labels of shape {table.shape}; (samples,) or (samples, variables)")
-    rows = np.ascontiguousarray(np.atleast_2d(table.T))
-    if rows.min() < 0 or rows.max() >= DIRECT_LABELS:
+    rows = np.ascontiguousarray(table.reshape(1, -1) if table.ndim == 1 else table.T)
+    if rows.dtype == np.int32:
+        low, high = _bounds(rows)
+    else:
+        low, high = int(rows.min()), int(rows.max())
+    if low < 0 or high >= DIRECT_LABELS:
         rows = np.stack([np.unique(row, return_inverse=True)[1] for row in rows])
-    rows = rows.astype(np.int32, copy=False)
-    return rows, int(rows.max()) + 1
+        high = int(rows.max())
+    return rows.astype(np.int32, copy=False), high + 1
+
+
+@njit(cache=True, nogil=True)
+def _bounds(rows):  # type: ignore[no-untyped-def]
+    """Smallest and largest label: numpy's own two calls cost as much as the counting."""
+    low, high = rows[0, 0], rows[0, 0]
+    for row in rows:
+        for label in row:
+            low = min(low, label)
+            high = max(high, label)
+    return low, high
 
 
 def _same_length(first: Labels, second: Labels) -> None:

@@ -68,19 +68,20 @@ class Moments:
     features: tuple[Floats, ...]  # folds of (samples in the fold, features)
     gram: Floats  # (folds, features, features)
     cross: Floats  # (folds, features, targets)
-    square: Floats  # (folds, targets, targets)
+    square: Floats  # (folds,) sum of the squared targets
     mass: Floats  # (folds,) sum of the weights
 
 
 @dataclass(frozen=True)
 class HeldOut:
-    """A subset's ridge regression: second moments of its held-out error, and its weights.
+    """A subset's ridge regression: its error on each fold, which it never saw, and its weights.
 
-    ``error``: (targets, targets), mean over all samples, each predicted by the fold that never
-    saw it. ``weights``: (folds, features of ``part``, targets).
+    ``errors``: (folds,) mean squared error, summed over the targets. ``error``: their geometric
+    mean. ``weights``: (folds, features of ``part``, targets).
     """
 
-    error: Floats
+    errors: Floats
+    error: float
     part: NDArray[np.intp]
     weights: Floats
 
@@ -98,7 +99,7 @@ def moments(x: Floats, y: Floats, weights: Floats, degree: int = DEGREE) -> Mome
         features.append(own)
         gram.append(weighted.T @ own)
         cross.append(weighted.T @ y[part])
-        square.append((y[part] * weights[part, None]).T @ y[part])
+        square.append(float(np.sum(y[part] ** 2 * weights[part, None])))
         mass.append(float(weights[part].sum()))
     return Moments(
         products,
@@ -120,7 +121,7 @@ def held_out(known: Moments, subset: Sequence[int]) -> HeldOut:
     whole = float(known.mass.sum())
     best: HeldOut | None = None
     for ridge in RIDGES:
-        error = np.zeros(known.square.shape[1:])
+        errors = np.empty(len(known.mass))
         weights = np.empty_like(cross)
         for fold, mass in enumerate(known.mass):
             left = total - gram[fold]
@@ -128,13 +129,24 @@ def held_out(known: Moments, subset: Sequence[int]) -> HeldOut:
             # LAPACK directly: the checks of the friendlier calls cost more than small systems
             _, weight, _ = dposv(left, total_cross - cross[fold], lower=True, overwrite_a=True)
             weights[fold] = weight
-            mixed = weight.T @ cross[fold]
-            error += known.square[fold] - mixed - mixed.T + weight.T @ (gram[fold] @ weight)
-        error /= whole
-        if best is None or np.trace(error) < np.trace(best.error):
-            best = HeldOut(error, part, weights)
+            missed = np.sum(weight * (gram[fold] @ weight - 2.0 * cross[fold]))
+            errors[fold] = (known.square[fold] + missed) / mass
+        error = _typical(errors, known.mass)
+        if best is None or error < best.error:
+            best = HeldOut(errors, error, part, weights)
     assert best is not None
     return best
+
+
+def _typical(errors: Floats, mass: Floats) -> float:
+    """Geometric mean of the folds' errors.
+
+    A polynomial that leaves the range it knows can miss by far on one stretch of time, where a
+    network, which saturates, does not; the arithmetic mean would then speak of that stretch alone.
+    No fold counts as better than a hundredth of the mean: one at rest must not decide either.
+    """
+    floor = np.average(errors, weights=mass) / 100.0
+    return float(np.exp(np.average(np.log(np.maximum(errors, floor)), weights=mass)))
 
 
 def predictions(known: Moments, fitted: HeldOut) -> Floats:

@@ -41,10 +41,10 @@ class Subset:
     """A set of sensors and what it tells about the targets.
 
     ``score``: bits 0.5 log2(target variance / held-out squared error) of a cross-validated
-    polynomial regression; larger is better, within and across sizes. On one Gaussian target it is
-    the mutual information, from below. Several targets add up their variances and errors, in their
-    common unit or, where units differ, each relative to its own variance: so the score foretells
-    the mean squared error of a network with those outputs.
+    polynomial regression, the error a geometric mean over stretches of time; larger is better,
+    within and across sizes. On one Gaussian target it is the mutual information. Several targets
+    add up their variances and errors, in their common unit or, where units differ, each relative to
+    its own variance: so the score foretells the mean squared error of a network with those outputs.
 
     ``mi_bits``: plug-in joint mutual information on raw codes, the paper's measure; it saturates
     at the target's entropy from about three sensors on.
@@ -288,8 +288,7 @@ def _degree(sensors: int, samples: int, features: int) -> int:
 
 
 def _score(known: polynomial.Moments, fitted: polynomial.HeldOut) -> float:
-    variance = known.square.sum(axis=0) / known.mass.sum()
-    return gaussian(float(np.trace(variance)), float(np.trace(fitted.error)))
+    return gaussian(float(known.square.sum() / known.mass.sum()), fitted.error)
 
 
 def _lower(known: polynomial.Moments, fitted: polynomial.HeldOut, y: Floats) -> float:
