@@ -171,7 +171,7 @@ struct vectors {
     uint32_t count;
 };
 
-#define MODEL(NAME, SCALES) {&NAME##_vectors_x[0][0], &NAME##_vectors_y[0][0], NAME##_VECTORS},
+#define MODEL(NAME, SCALES) {&NAME##_vector_x[0][0], &NAME##_vector_y[0][0], NAME##_VECTORS},
 static const struct vectors all_vectors[] = {SOFTSENSE_MODELS};
 #undef MODEL
 

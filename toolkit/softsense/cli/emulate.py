@@ -46,7 +46,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
     """Start the board, print the port, wait for Ctrl-C."""
     import signal
 
-    from softsense.device.boards import read_manifest
+    from softsense.device.board import read_manifest
     from softsense.device.emulator import Emulator, parse_faults, terminate_on
     from softsense.device.feeder import converter_codes
     from softsense.errors import SoftsenseError

@@ -4,13 +4,23 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from softsense.device.boards import networks
+from softsense.device.board import Board, boards, networks
 from softsense.device.client import Device, Identity, Sample, Verdict
 from softsense.device.emulator import Emulator, Faults
 from softsense.device.transport import DEFAULT_BAUD, Line
 from softsense.errors import SoftsenseError
 
-__all__ = ["Device", "Emulator", "Faults", "Identity", "Sample", "Verdict", "connect"]
+__all__ = [
+    "Board",
+    "Device",
+    "Emulator",
+    "Faults",
+    "Identity",
+    "Sample",
+    "Verdict",
+    "boards",
+    "connect",
+]
 
 
 def connect(

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.device import connect
-from softsense.device.boards import build, networks, read_board
+from softsense.device.board import build, networks, read_board
 from softsense.device.client import CHOOSE, Device, physical
 from softsense.device.framing import Flag
 from softsense.device.news import Console

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.device.boards import Network
+from softsense.device.board import Network
 from softsense.device.framing import (
     OVERHEAD,
     STRUCTS,

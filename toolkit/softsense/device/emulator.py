@@ -26,7 +26,7 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.device.boards import Board, build, read_board
+from softsense.device.board import Board, build, read_board
 from softsense.errors import SoftsenseError
 
 # How long a cut cable stays away, and how long a frame waits to be overtaken.

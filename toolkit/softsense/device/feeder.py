@@ -8,13 +8,14 @@ recording, through the front end that the model was trained with.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.device.boards import channels, networks, read_manifest
+from softsense.device.board import adc_bits, channels, networks, read_manifest
 from softsense.errors import SoftsenseError
 from softsense.recording import FrontEnd, Recording, read
 
@@ -25,7 +26,7 @@ def read_truth(out: Path | None, path: Path, target: str | None = None) -> Recor
     """The recording with the model's own targets (or ``target``)."""
     if target is None and out is not None:
         target = ",".join(networks(out)[0].outputs)
-    bits = 12 if out is None else int(read_manifest(out).get("adc_bits", 12))
+    bits = 12 if out is None else adc_bits(out)
     return read(path, target=target or "strain", adc_bits=bits)
 
 
@@ -37,7 +38,7 @@ def converter_codes(out: Path, path: Path, sensor_faults: Sequence[str] = ()) ->
     names = channels(networks(out))
     recording = read_truth(out, path)
     codes = _through_front_ends(out, path, recording.with_sensors(names))
-    highest = 2 ** int(read_manifest(out).get("adc_bits", 12)) - 1
+    highest = 2 ** adc_bits(out) - 1
     for fault in sensor_faults:
         _break(codes, names, fault, highest)
     return codes
@@ -46,24 +47,30 @@ def converter_codes(out: Path, path: Path, sensor_faults: Sequence[str] = ()) ->
 def _through_front_ends(out: Path, path: Path, recording: Recording) -> NDArray[np.int16]:
     """Physical columns pass the front ends stored with the model, not ones fitted anew."""
     manifest = read_manifest(out)
-    entries = [manifest, *manifest.get("fallbacks", ())]
     stored = {
-        item["name"]: FrontEnd(**item["front_end"])
-        for entry in entries
+        item["name"]: stored_front_end(str(item.get("front_end", "")))
+        for entry in (manifest, *manifest.get("fallbacks", ()))
         for item in entry["inputs"]
-        if isinstance(item.get("front_end"), dict)
     }
     codes = recording.codes.astype(np.int16)
     for column, name in enumerate(recording.sensors):
         end = stored.get(name)
-        if end is None or end.kind == "codes":
-            continue
-        own = recording.front_ends[column]
-        if own.kind == "codes":
-            continue
-        values = read(path, target=name, sensors=[name]).target[:, 0]
-        codes[:, column] = end.encode(values)
+        if end is not None and recording.front_ends[column].kind != "codes":
+            values = read(path, target=name, sensors=[name]).target[:, 0]
+            codes[:, column] = end.encode(values)
     return codes
+
+
+def stored_front_end(text: str) -> FrontEnd | None:
+    """The front end that ``FrontEnd.describe`` has described; None where codes pass as they are."""
+    bits = re.search(r"(\d+) bits", text)
+    affine = re.search(r"round\((\S+) \* value \+ (\S+)\)", text)
+    if affine and bits:
+        return FrontEnd("affine", int(bits[1]), float(affine[1]), float(affine[2]))
+    divider = re.search(r"round\((\S+) \* R / \(R \+ ([^)\s]+)\)\)", text)
+    if divider and bits:
+        return FrontEnd("divider", int(bits[1]), float(divider[1]), float(divider[2]))
+    return None
 
 
 def _break(codes: NDArray[np.int16], names: Sequence[str], fault: str, highest: int) -> None:

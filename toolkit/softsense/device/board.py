@@ -44,6 +44,14 @@ class Board:
     run: tuple[str, ...]
     flash: tuple[str, ...]
 
+    @property
+    def usable(self) -> bool:
+        """Whether this machine can compile for it and emulate it."""
+        needed = [self.compiler, *self.run[:1]]
+        return bool(self.run) and all(
+            tool == "{program}" or shutil.which(tool) is not None for tool in needed
+        )
+
 
 @dataclass(frozen=True)
 class Network:
@@ -57,16 +65,21 @@ class Network:
     scales: tuple[tuple[float, float], ...]  # (lsb, zero) per output
 
 
-def boards() -> list[str]:
+def boards() -> list[Board]:
+    """All boards, by name."""
+    return [read_board(name) for name in board_names()]
+
+
+def board_names() -> list[str]:
     """Names of all boards."""
     return sorted(path.parent.name for path in firmware_folder().glob("ports/*/board.mk"))
 
 
 def read_board(name: str) -> Board:
     """The board in ``firmware/ports/<name>``. Raises ``SoftsenseError`` for an unknown one."""
-    if name not in boards():
+    if name not in board_names():
         raise SoftsenseError(
-            f"there is no board {name!r}", remedy=f"boards are {', '.join(boards())}"
+            f"there is no board {name!r}", remedy=f"boards are {', '.join(board_names())}"
         )
     values: dict[str, str] = {}
     path = firmware_folder() / "ports" / name / "board.mk"
@@ -160,7 +173,7 @@ def _model_flags(out: Path) -> list[str]:
     flags = [f"-I{out}"]
     models = ""
     selftest = True
-    bits = int(read_manifest(out).get("adc_bits", 12))
+    bits = adc_bits(out)
     for network in networks(out):
         for needed in (f"{network.name}.h", f"{network.name}.c"):
             if not (out / needed).is_file():
@@ -171,7 +184,7 @@ def _model_flags(out: Path) -> list[str]:
         models += f'MODEL({network.name},"{scales}")'
         flags += ["-include", f"{network.name}.h", str(out / f"{network.name}.c")]
         vectors = out / f"{network.name}_vectors.h"
-        selftest = selftest and vectors.is_file() and "_vectors_x" in vectors.read_text("utf-8")
+        selftest = selftest and vectors.is_file() and "_vector_x" in vectors.read_text("utf-8")
     if selftest:
         flags.append("-DSOFTSENSE_SELF_TEST")
         for network in networks(out):
@@ -182,3 +195,12 @@ def _model_flags(out: Path) -> list[str]:
 def channels(networks: list[Network]) -> tuple[str, ...]:
     """Sensors in the order in which the firmware wants them from the converter."""
     return tuple(dict.fromkeys(name for network in networks for name in network.inputs))
+
+
+def adc_bits(out: Path) -> int:
+    """Word length of the codes that the model was trained with, from its front ends."""
+    entries = read_manifest(out)["inputs"]
+    found = [
+        re.search(r"(\d+)(?:-bit| bits)", str(entry.get("front_end", ""))) for entry in entries
+    ]
+    return max((int(match[1]) for match in found if match), default=12)
