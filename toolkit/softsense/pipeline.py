@@ -264,15 +264,14 @@ def simulate_rig(path: str | Path, *, seed: int = 0, samples: int = 8000) -> Rec
 
 def available() -> tuple[str, ...]:
     """The evaluators that this machine can run."""
-    from softsense.device.board import boards, read_board
+    from softsense.device.board import boards
 
     found = ["reference", "onnxruntime"]
     if shutil.which("gcc") or shutil.which("clang") or os.environ.get("CI"):
         found += ["host", "emulate:host"]
-    for name in boards():
-        board = read_board(name)
-        if name != "host" and shutil.which(board.compiler) and shutil.which(board.run[0]):
-            found.append(f"qemu:{name}")
+    for board in boards():
+        if board.name != "host" and shutil.which(board.compiler) and shutil.which(board.run[0]):
+            found.append(f"qemu:{board.name}")
     return tuple(found)
 
 
