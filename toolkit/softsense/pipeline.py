@@ -270,7 +270,7 @@ def available() -> tuple[str, ...]:
     if shutil.which("gcc") or shutil.which("clang") or os.environ.get("CI"):
         found += ["host", "emulate:host"]
     for board in boards():
-        if board.name != "host" and shutil.which(board.compiler) and shutil.which(board.run[0]):
+        if board.name != "host" and board.usable:
             found.append(f"qemu:{board.name}")
     return tuple(found)
 
