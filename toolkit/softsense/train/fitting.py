@@ -21,8 +21,8 @@ Progress = Callable[[float], None]
 
 # Of the squared weights, in units of the squared error of targets scaled to [-1, 1], summed over
 # the samples. Chosen by validation error on recordings of rigs and of people (the decay table of
-# the training benchmark): 1e-3 and less cost nothing, 1e-2 costs accuracy where noise is low, and
-# without any the output weights of a pair grow to cancel each other, which fixed point pays for.
+# tests/benchmarks/training/references.py): up to 1e-3 costs nothing, 1e-2 halves the sum of the
+# output weights' sizes, which fixed point likes, but costs accuracy where noise is low.
 DECAY = 1e-3
 PATIENCE = 20
 
