@@ -69,7 +69,7 @@ def fit(
     """Train the static network of ``hidden`` tanh units on ``sensors`` (default all).
 
     Of ``restarts`` descents from different starting weights the one with the lowest validation
-    error wins. ``decay`` pulls weights towards zero. The same arguments give the same network bit
+    error wins (training error, where that is larger: see ``descend``). ``decay`` pulls weights towards zero. The same arguments give the same network bit
     for bit on one machine. ``progress`` is called with the share of the work that is done, 0 … 1.
 
     Raises ``SoftsenseError`` for a recording that nothing can be learnt from.
@@ -101,7 +101,7 @@ def fit(
                 max_epochs=max_epochs,
                 patience=PATIENCE,
             )
-        if best is None or min(outcome.validation_mse) < min(best.validation_mse):
+        if best is None or outcome.best_error < best.best_error:
             best = outcome
         if progress is not None:
             progress((restart + 1) / restarts)
