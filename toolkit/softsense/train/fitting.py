@@ -69,8 +69,9 @@ def fit(
     """Train the static network of ``hidden`` tanh units on ``sensors`` (default all).
 
     Of ``restarts`` descents from different starting weights the one with the lowest validation
-    error wins (training error, where that is larger: see ``descend``). ``decay`` pulls weights towards zero. The same arguments give the same network bit
-    for bit on one machine. ``progress`` is called with the share of the work that is done, 0 … 1.
+    error wins (training error, where that is larger: see ``descend``). ``decay`` pulls weights
+    towards zero. The same arguments give the same network bit for bit on one machine. ``progress``
+    is called with the share of the work that is done, 0 … 1.
 
     Raises ``SoftsenseError`` for a recording that nothing can be learnt from.
     """
