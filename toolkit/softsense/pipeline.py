@@ -19,6 +19,8 @@ from softsense.mlp import Mlp
 from softsense.onnx_file import float_model, int_model
 from softsense.quantise import Quantised, quantise
 from softsense.recording import Recording
+from softsense.report import Table
+from softsense.report.building import Estimates, write_build_report
 from softsense.select import Ranking, Selection, rank, select
 from softsense.train import Fit, fit
 from softsense.verify import Verification, verify
@@ -31,6 +33,7 @@ from softsense_codegen.network import IntNetwork, c_name
 
 Stage = Callable[[str], None]
 Rows = list[tuple[str, ...]]
+BITS = "bit for bit:"
 # What float32 arithmetic of the float ONNX adds to a difference, as a share of full scale.
 FLOAT32_SHARE = 2.0**-18
 # What a search over a sample of the box may have missed.
@@ -134,7 +137,7 @@ class Build:
         header = ("target", "RMSE float", "RMSE fixed", "worst |fixed - float|", "of full scale")
         return [
             (f"{' + '.join(self.selection.sensors)}, held-out time:", header, accuracy),
-            ("bit for bit:", ("evaluator", "mismatches", "time"), mismatches),
+            (BITS, ("evaluator", "mismatches", "time"), mismatches),
             ("cost:", ("core", "flash", "static RAM", "stack"), costs),
         ]
 
@@ -219,8 +222,36 @@ def build(
     fixed = reference.values(network, reference.estimate(network, used.codes))
     square = ((fixed - used.target) ** 2)[fitted.split.test].mean(axis=0)
     rmse_fixed = tuple(float(value) for value in np.sqrt(square))
-    return Build(
+    result = Build(
         Path(out), recording, ranking, selection, fitted, exported, verification, rmse_fixed
+    )
+    stage("report")
+    estimates = Estimates(used.target, fitted.mlp.predict(used.codes), fixed, fitted.split.test)
+    # Times differ from run to run; the report of the same build should not.
+    tables = [
+        Table(title, header[:2], [row[:2] for row in rows])
+        if title == BITS
+        else Table(title, header, rows)
+        for title, header, rows in result.tables()
+    ]
+    lead = (
+        f"{', '.join(recording.targets)} from {', '.join(selection.sensors)}. {rmse_text(result)}"
+    )
+    write_build_report(Path(out), recording, ranking, estimates, exported.costs, tables, lead)
+    return result
+
+
+def rmse_text(build: Build) -> str:
+    """One sentence about accuracy, bits and the promise."""
+    parts = [
+        f"{output.name} within {rmse:.3g}{'' if output.unit == '1' else ' ' + output.unit} RMSE"
+        for output, rmse in zip(build.export.network.outputs, build.rmse_fixed, strict=True)
+    ]
+    compared = sum(c.compared for c in build.verification.comparisons)
+    wrong = sum(c.mismatches for c in build.verification.comparisons)
+    return (
+        f"On held-out time: {', '.join(parts)}. {wrong} mismatches in {compared} comparisons; "
+        f"{build.export.quantised.verdict()}."
     )
 
 
@@ -233,15 +264,14 @@ def simulate_rig(path: str | Path, *, seed: int = 0, samples: int = 8000) -> Rec
 
 def available() -> tuple[str, ...]:
     """The evaluators that this machine can run."""
-    from softsense.device.boards import boards, read_board
+    from softsense.device.board import boards
 
     found = ["reference", "onnxruntime"]
     if shutil.which("gcc") or shutil.which("clang") or os.environ.get("CI"):
         found += ["host", "emulate:host"]
-    for name in boards():
-        board = read_board(name)
-        if name != "host" and shutil.which(board.compiler) and shutil.which(board.run[0]):
-            found.append(f"qemu:{name}")
+    for board in boards():
+        if board.name != "host" and board.usable:
+            found.append(f"qemu:{board.name}")
     return tuple(found)
 
 

@@ -48,6 +48,7 @@ RIDGES = (1e-8, 1e-6, 1e-5, 1e-4, 1e-3)
 SAMPLE = 4000
 # A search on a sample finds less than the whole box holds; demand this share of the tolerance.
 SAMPLE_SHARE = 0.75
+WORTH_IT = 0.9
 # Above this many parameters the Gauss-Newton matrix is too large to be worth it.
 MAX_COMPENSATED = 4000
 
@@ -130,7 +131,8 @@ def quantise(
         for damping in DAMPING:
             network = _round(mlp, plain, table, fit_points, bits, damping, c_name(name))
             share = _worst_share(mlp, network, check_points)
-            if share < best_share:
+            # A larger table must earn its flash.
+            if share < WORTH_IT * best_share:
                 best, best_share = network, share
         if progress is not None:
             progress((number + 1) / (len(choices) + 1))

@@ -1,0 +1,126 @@
+"""The report in a real browser: no error, every picture drawn, no sideways scrolling."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softsense.report import Figure, Table, charts, write_page
+
+EVIL = "<script>document.title='broken'</script>"
+OPTIONS = (
+    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run "
+    "--disable-background-networking --disable-component-update --disable-sync"
+).split()
+
+
+def page(folder: Path) -> Path:
+    rng = np.random.default_rng(0)
+    x = np.arange(5000.0)
+    y = np.cumsum(rng.normal(size=5000))
+    figures = [
+        Figure(
+            "lines",
+            EVIL,
+            EVIL,
+            charts.lines(x, [charts.Line(y, EVIL)], EVIL, "y / mm", wide=2),
+            True,
+        ),
+        Figure("scatter", "scatter", "caption", charts.scatter(y, y + 1, "true", "estimated")),
+        Figure("bars", "bars", "caption", charts.bars(["a", EVIL], [1.0, 2.0], "bit")),
+        Figure("hist", "hist", "caption", charts.histogram(rng.normal(size=500), "error")),
+        Figure("heat", "heat", "caption", charts.heat([[0, 1], [2, np.nan]], "ab", "cd", "bits")),
+    ]
+    table = Table(EVIL, ("name", "value"), [(EVIL, "1")])
+    return write_page(folder, EVIL, EVIL, figures, [table], code=EVIL)[0]
+
+
+@pytest.fixture(scope="module")
+def browser():
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    if not (shutil.which("chromium") and shutil.which("chromedriver")):
+        from conftest import skip_or_fail
+
+        skip_or_fail("chromium and chromedriver are not installed")
+    options = webdriver.ChromeOptions()
+    for option in OPTIONS:
+        options.add_argument(option)
+    options.binary_location = str(shutil.which("chromium"))
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    yield driver
+    driver.quit()
+
+
+def test_it_works_in_a_browser(tmp_path: Path, browser) -> None:
+    path = page(tmp_path)
+    for width in (360, 1200):
+        browser.execute_cdp_cmd(
+            "Emulation.setDeviceMetricsOverride",
+            {"width": width, "height": 900, "deviceScaleFactor": 1, "mobile": width < 500},
+        )
+        browser.get(f"file://{path}")
+        assert browser.get_log("browser") == []
+        assert browser.title == EVIL  # shown as text, not run
+        sideways = "return document.documentElement.scrollWidth - window.innerWidth"
+        assert browser.execute_script(sideways) <= 0
+        boxes = browser.execute_script(
+            "return [...document.querySelectorAll('figure svg')].map(s => {"
+            "const b = s.getBBox(); return [b.width, b.height,"
+            "s.querySelectorAll('path,rect').length]})"
+        )
+        assert len(boxes) == 5
+        assert all(w > 50 and h > 20 and marks > 1 for w, h, marks in boxes)
+        missing = browser.execute_script(
+            "return [...document.querySelectorAll('a[href^=\"#\"]')].filter("
+            "a => !document.getElementById(a.hash.slice(1))).length"
+        )
+        assert missing == 0
+
+
+def test_dark_and_light_are_both_legible(tmp_path: Path, browser) -> None:
+    path = page(tmp_path)
+    seen = set()
+    for scheme in ("dark", "light"):
+        browser.execute_cdp_cmd(
+            "Emulation.setEmulatedMedia",
+            {"features": [{"name": "prefers-color-scheme", "value": scheme}]},
+        )
+        browser.get(f"file://{path}")
+        for element in ("h1", "figcaption", "td"):
+            ratio = browser.execute_script(
+                "const l = c => {const v = c.match(/[0-9.]+/g).slice(0, 3).map(x => x / 255)"
+                ".map(x => x <= .04045 ? x / 12.92 : ((x + .055) / 1.055) ** 2.4);"
+                "return .2126 * v[0] + .7152 * v[1] + .0722 * v[2]};"
+                "const a = l(getComputedStyle(document.querySelector(arguments[0])).color);"
+                "const b = l(getComputedStyle(document.body).backgroundColor);"
+                "return (Math.max(a, b) + .05) / (Math.min(a, b) + .05)",
+                element,
+            )
+            assert ratio > 4.5, (scheme, element)
+        seen.add(browser.execute_script("return getComputedStyle(document.body).backgroundColor"))
+    assert len(seen) == 2
+
+
+def test_nothing_is_fetched_and_bytes_repeat(tmp_path: Path) -> None:
+    first = page(tmp_path / "a").read_text()
+    assert first == page(tmp_path / "b").read_text()
+    assert "http" not in first.replace("http://www.w3.org", "")
+    assert "<script" not in first
+    assert len(list((tmp_path / "a" / "figures").glob("*.svg"))) == 5
+
+
+def test_long_lines_keep_their_spikes_and_stay_small() -> None:
+    y = np.zeros(1_000_000)
+    y[123_456], y[987_654] = 5.0, -3.0
+    drawn = charts.lines(np.arange(1e6), [charts.Line(y, "spiky")], "x", "y")
+    assert len(drawn) < 30_000
+    heights = {
+        float(part.split()[1]) for part in drawn.split('thin a" d="M')[1].split('"')[0].split("L")
+    }
+    assert len(heights) >= 3  # the level, the spike up, the spike down
