@@ -168,7 +168,7 @@ def _all(
     agreement = compare(ranking, trained)
     save_table(args.output, ranking, trained, agreement)
     draw(args.output / "figures", ranking, trained, rec, rows)
-    best = min(trained, key=lambda one: sum(value**2 for value in one.rmse["validation"]))
+    best = min(trained, key=lambda one: one.judged)
     result = fit(
         rec,
         best.sensors,

@@ -56,6 +56,11 @@ class Trained:
     epochs: int
     mlp: Mlp
 
+    @property
+    def judged(self) -> float:
+        """The larger of training and validation error (summed squares), to choose subsets by."""
+        return max(sum(value**2 for value in self.rmse[part]) for part in ("train", "validation"))
+
 
 def subsets_of(sensors: Sequence[str], max_size: int | None = None) -> list[tuple[str, ...]]:
     """All subsets of up to ``max_size`` sensors, by size."""

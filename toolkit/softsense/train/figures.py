@@ -91,13 +91,9 @@ def _best_by_size(trained: Sequence[Trained]) -> list[Trained]:
     best: dict[int, Trained] = {}
     for one in trained:
         size = len(one.sensors)
-        if size not in best or _validation(one) < _validation(best[size]):
+        if size not in best or one.judged < best[size].judged:
             best[size] = one
     return [best[size] for size in sorted(best)]
-
-
-def _validation(one: Trained) -> float:
-    return sum(value**2 for value in one.rmse["validation"])
 
 
 def _by_size(trained: Sequence[Trained]) -> Figure:

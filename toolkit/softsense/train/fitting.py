@@ -21,8 +21,8 @@ Progress = Callable[[float], None]
 
 # Of the squared weights, in units of the squared error of targets scaled to [-1, 1], summed over
 # the samples. Chosen by validation error on recordings of rigs and of people (the decay table of
-# the training benchmark): 1e-3 and less cost nothing, 1e-2 costs accuracy where noise is low, and
-# without any the output weights of a pair grow to cancel each other, which fixed point pays for.
+# tests/benchmarks/training/references.py): up to 1e-3 costs nothing, 1e-2 halves the sum of the
+# output weights' sizes, which fixed point likes, but costs accuracy where noise is low.
 DECAY = 1e-3
 PATIENCE = 20
 
@@ -69,8 +69,9 @@ def fit(
     """Train the static network of ``hidden`` tanh units on ``sensors`` (default all).
 
     Of ``restarts`` descents from different starting weights the one with the lowest validation
-    error wins. ``decay`` pulls weights towards zero. The same arguments give the same network bit
-    for bit on one machine. ``progress`` is called with the share of the work that is done, 0 … 1.
+    error wins (training error, where that is larger: see ``descend``). ``decay`` pulls weights
+    towards zero. The same arguments give the same network bit for bit on one machine. ``progress``
+    is called with the share of the work that is done, 0 … 1.
 
     Raises ``SoftsenseError`` for a recording that nothing can be learnt from.
     """
@@ -101,7 +102,7 @@ def fit(
                 max_epochs=max_epochs,
                 patience=PATIENCE,
             )
-        if best is None or min(outcome.validation_mse) < min(best.validation_mse):
+        if best is None or outcome.best_error < best.best_error:
             best = outcome
         if progress is not None:
             progress((restart + 1) / restarts)

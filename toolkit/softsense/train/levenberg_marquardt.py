@@ -58,12 +58,17 @@ class Weights:
 
 @dataclass(frozen=True)
 class Outcome:
-    """Where a descent ended: the weights of the lowest validation error, and why it stopped."""
+    """Where a descent ended, and why it stopped.
+
+    ``weights`` are those of ``best_epoch``, where the larger of the training and the validation
+    error, ``best_error``, was least.
+    """
 
     weights: Weights
     status: str
     epochs: int
     best_epoch: int
+    best_error: float
     train_mse: tuple[float, ...]
     validation_mse: tuple[float, ...]
 
@@ -144,7 +149,7 @@ def descend(
     max_epochs: int,
     patience: int,
 ) -> Outcome:
-    """Go down from ``start``; keep the weights of the lowest validation error.
+    """Go down from ``start``; keep the weights of the lowest validation (or training) error.
 
     ``train``, ``validation``: (inputs, targets), both scaled to about [-1, 1]. Stops when the
     validation error has not fallen for ``patience`` epochs, when the gradient is small, when no
@@ -153,9 +158,10 @@ def descend(
     x, target = train
     weights, damping = start, DAMPING_START
     best, best_epoch = start, 0
-    best_error = float(np.mean((start.predict(validation[0]) - validation[1]) ** 2))
+    first_error = float(np.mean((start.predict(validation[0]) - validation[1]) ** 2))
+    best_error = max(first_error, float(np.mean((start.predict(x) - target) ** 2)))
     train_history: list[float] = []
-    validation_history: list[float] = [best_error]
+    validation_history: list[float] = [first_error]
     status, epoch = "epoch limit", 0
     for epoch in range(1, max_epochs + 1):
         gram, gradient, square = normal_equations(weights, x, target)
@@ -185,9 +191,20 @@ def descend(
         weights = trial
         error = float(np.mean((weights.predict(validation[0]) - validation[1]) ** 2))
         validation_history.append(error)
+        # A validation error below the training error is luck, not skill: after a few epochs a
+        # network may happen to suit the validation rows while it is still poor at all others.
+        error = max(error, trial_square / target.size)
         if error < best_error:
             best, best_error, best_epoch = weights, error, epoch
         elif epoch - best_epoch >= patience:
             status = "validation rose"
             break
-    return Outcome(best, status, epoch, best_epoch, tuple(train_history), tuple(validation_history))
+    return Outcome(
+        best,
+        status,
+        epoch,
+        best_epoch,
+        best_error,
+        tuple(train_history),
+        tuple(validation_history),
+    )
