@@ -1,5 +1,7 @@
 #include "cobs.h"
 
+#include <stdbool.h>
+
 enum { LONGEST_BLOCK = 254 };
 
 size_t cobs_block(size_t length, const uint8_t data[])
@@ -13,31 +15,28 @@ size_t cobs_block(size_t length, const uint8_t data[])
 
 enum cobs_status cobs_decode(size_t length, uint8_t bytes[], size_t *decoded)
 {
-    size_t from = 0;
-    size_t to = 0;
-    while (from < length) {
-        const uint8_t code = bytes[from];
-        from++;
-        if (code == 0U) {
+    size_t to = 0; /* never beyond `from` */
+    uint8_t left = 0; /* bytes still to come in this block */
+    bool zero = false; /* a zero stands between this block and the next */
+    for (size_t from = 0; from < length; from++) {
+        const uint8_t byte = bytes[from];
+        if (byte == 0U) {
             return COBS_ZERO;
         }
-        if ((size_t)code - 1U > length - from) {
-            return COBS_SHORT;
-        }
-        for (uint8_t left = (uint8_t)(code - 1U); left > 0U; left--) {
-            if (bytes[from] == 0U) {
-                return COBS_ZERO;
+        if (left > 0U) {
+            left--;
+            bytes[to] = byte;
+            to++;
+        } else {
+            if (zero) {
+                bytes[to] = 0U;
+                to++;
             }
-            bytes[to] = bytes[from];
-            to++;
-            from++;
-        }
-        /* A full block carries no zero of its own, nor does the last one. */
-        if (code <= LONGEST_BLOCK && from < length) {
-            bytes[to] = 0U;
-            to++;
+            left = (uint8_t)(byte - 1U);
+            /* A full block carries no zero of its own. */
+            zero = left < LONGEST_BLOCK;
         }
     }
     *decoded = to;
-    return COBS_OK;
+    return (left == 0U) ? COBS_OK : COBS_SHORT;
 }
