@@ -18,7 +18,7 @@ from softsense.errors import SoftsenseError
 from softsense.mlp import Mlp
 from softsense.onnx_file import float_model, int_model
 from softsense.quantise import Quantised, quantise
-from softsense.recording import Recording
+from softsense.recording import Recording, Split, split
 from softsense.report import Table
 from softsense.report.building import Estimates, write_build_report
 from softsense.select import Ranking, Selection, rank, select
@@ -142,6 +142,64 @@ class Build:
         ]
 
 
+@dataclass(frozen=True)
+class Estimator:
+    """A float network, its integers, and the recorded codes (samples, inputs) they were made on."""
+
+    mlp: Mlp
+    quantised: Quantised
+    codes: NDArray[np.int64] = field(repr=False)
+
+    @property
+    def network(self) -> IntNetwork:
+        """The integer network."""
+        return self.quantised.network
+
+    def predict(self, codes: ArrayLike) -> NDArray[np.float64]:
+        """The fixed-point estimate (samples, outputs) in target units of ``codes``."""
+        return reference.values(self.network, reference.estimate(self.network, codes))
+
+
+def quantise_fit(
+    fitted: Fit, recording: Recording, *, name: str | None = None, bits: int = 16, seed: int = 0
+) -> Estimator:
+    """Integers for the trained network of ``fitted``, on the recording that it was trained on.
+
+    ``name``: the C prefix (default: the recording's name). See ``softsense.quantise.quantise``.
+    """
+    codes = recording.with_sensors(fitted.sensors).codes.astype(np.int64)
+    prefix = c_name(recording.name if name is None else name)
+    made = quantise(fitted.mlp, codes, name=prefix, bits=bits, seed=seed)
+    return Estimator(fitted.mlp, made, codes)
+
+
+def generate_export(estimator: Estimator, out: str | Path) -> Export:
+    """Write the export folder of ``estimator``.
+
+    The folder gets NAME.h, NAME.c, NAME_vectors.h, NAME.onnx, NAME_int.onnx, NAME.json, codes.npz
+    and manifest.json; the manifest comes last, so that a folder with a manifest is whole.
+
+    Raises ``SoftsenseError`` for a disk that cannot be written to.
+    """
+    out = Path(out)
+    network, data = estimator.network, estimator.codes
+    (out / MANIFEST).unlink(missing_ok=True)
+    generate(network, out, data)
+    costs = measure_costs(out / f"{network.name}.c")
+    lines = [f"{c.target}: {c.flash} bytes of flash, {c.stack} of stack (-O2)" for c in costs]
+    written = generate(network, out, data, lines)
+    model = float_model(estimator.mlp, network.name)
+    written.append(write_bytes(out / f"{network.name}.onnx", model))
+    written.append(write_bytes(out / f"{network.name}_int.onnx", int_model(network)))
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, codes=data.astype(np.int16))
+    written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
+    files = tuple(sorted(path.name for path in written))
+    text = json.dumps(_manifest(estimator.quantised, costs, files), indent=1) + "\n"
+    write_text(out / MANIFEST, text)
+    return Export(out, estimator.quantised, costs, (*files, MANIFEST))
+
+
 def export(
     mlp: Mlp,
     codes: ArrayLike,
@@ -152,36 +210,17 @@ def export(
     seed: int = 0,
     stage: Stage = _silent,
 ) -> Export:
-    """Quantise ``mlp`` and write its export folder.
-
-    ``codes``: (samples, inputs) recorded codes of its inputs. The folder gets NAME.h, NAME.c,
-    NAME_vectors.h, NAME.onnx, NAME_int.onnx, NAME.json, codes.npz and manifest.json; the manifest
-    comes last, so that a folder with a manifest is whole.
+    """Quantise ``mlp`` on ``codes`` (samples, inputs) and write its export folder.
 
     Raises ``SoftsenseError`` for a name that C cannot take, weights beyond 32 bits, or a disk that
     cannot be written to.
     """
-    out = Path(out)
-    data = np.atleast_2d(np.asarray(codes))
+    data = np.atleast_2d(np.asarray(codes, dtype=np.int64))
     stage("quantise")
     quantised = quantise(mlp, data, name=name, bits=bits, seed=seed)
-    network = quantised.network
     stage(f"quantised: {quantised.verdict()}")
     stage("generate C and ONNX")
-    (out / MANIFEST).unlink(missing_ok=True)
-    generate(network, out, data)
-    costs = measure_costs(out / f"{network.name}.c")
-    lines = [f"{c.target}: {c.flash} bytes of flash, {c.stack} of stack (-O2)" for c in costs]
-    written = generate(network, out, data, lines)
-    written.append(write_bytes(out / f"{network.name}.onnx", float_model(mlp, network.name)))
-    written.append(write_bytes(out / f"{network.name}_int.onnx", int_model(network)))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, codes=data.astype(np.int16))
-    written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
-    files = tuple(sorted(path.name for path in written))
-    text = json.dumps(_manifest(quantised, costs, files), indent=1) + "\n"
-    write_text(out / MANIFEST, text)
-    return Export(out, quantised, costs, (*files, MANIFEST))
+    return generate_export(Estimator(mlp, quantised, data), out)
 
 
 def build(
@@ -204,11 +243,14 @@ def build(
     prefix = c_name(recording.name if name is None else name)
     size = len(recording.sensors) if recipe.size is None else recipe.size
     stage(f"recording: {recording!r}")
-    selection = select(recording, size)
-    ranking = rank(recording)
+    rows = split(len(recording), recipe.split, recipe.seed)
+    # What is held out for the test has no say in the choice of sensors either.
+    known = recording.rows(np.sort(np.concatenate([rows.train, rows.validation])))
+    selection = select(known, size)
+    ranking = rank(known)
     stage(f"selected: {', '.join(selection.sensors)}")
     stage("train")
-    fitted = _fit(recording, selection.sensors, recipe)
+    fitted = _fit(recording, selection.sensors, recipe, rows)
     rmse = ", ".join(f"{value:.4g}" for value in fitted.rmse["test"])
     stage(f"trained: RMSE {rmse} on held-out time; {fitted.status} after {fitted.epochs} epochs")
     used = recording.with_sensors(selection.sensors)
@@ -275,12 +317,12 @@ def available() -> tuple[str, ...]:
     return tuple(found)
 
 
-def _fit(recording: Recording, sensors: Sequence[str], recipe: Recipe) -> Fit:
+def _fit(recording: Recording, sensors: Sequence[str], recipe: Recipe, rows: Split) -> Fit:
     return fit(
         recording,
         sensors,
         hidden=recipe.hidden,
-        split=recipe.split,
+        split=rows,
         seed=recipe.seed,
         restarts=recipe.restarts,
         max_epochs=recipe.epochs,

@@ -56,7 +56,13 @@ def measure_costs(source: Path) -> tuple[Cost, ...]:
                 *flags.split(),
                 "-fstack-usage",
             ]
-            command += ["-fno-asynchronous-unwind-tables", "-c", str(source.resolve()), "-o", str(made)]
+            command += [
+                "-fno-asynchronous-unwind-tables",
+                "-c",
+                str(source.resolve()),
+                "-o",
+                str(made),
+            ]
             done = subprocess.run(command, capture_output=True, text=True, cwd=scratch)
             if done.returncode != 0:
                 said = done.stderr.strip().splitlines()[0]
