@@ -22,7 +22,7 @@ LAYERS = [
     ("softsense.simulate",),
     ("softsense.effects",),
     ("softsense.quantise",),
-    ("softsense.onnx_file",),
+    ("softsense.onnx_file", "softsense.onnx_import"),
     ("softsense.train",),
     ("softsense.select",),
     ("softsense.information",),

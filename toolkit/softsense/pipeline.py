@@ -30,6 +30,7 @@ from softsense_codegen import bounds, reference
 from softsense_codegen.atomic import write_bytes, write_text
 from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork, c_name
+from softsense_codegen.view import Optimise
 
 Stage = Callable[[str], None]
 Rows = list[tuple[str, ...]]
@@ -55,6 +56,7 @@ class Recipe:
     restarts: int = 1
     epochs: int = 100
     bits: int = 16
+    optimise: Optimise = "speed"
     fallback: bool = False
 
 
@@ -85,6 +87,7 @@ class Build:
     export: Export
     verification: Verification
     rmse_fixed: tuple[float, ...]
+    fallbacks: tuple[Fallback, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -106,6 +109,16 @@ class Build:
             "units": [output.unit for output in network.outputs],
             "fixed_vs_float_share": self.export.quantised.share,
             "within_tolerance": self.export.quantised.reached,
+            "fallbacks": [
+                {
+                    "name": fallback.estimator.network.name,
+                    "without": fallback.without,
+                    "sensors": [i.name for i in fallback.estimator.network.inputs],
+                    "rmse_cut": list(fallback.cut_rmse),
+                    "rmse": list(fallback.rmse),
+                }
+                for fallback in self.fallbacks
+            ],
             "verification": self.verification.to_dict(),
             "costs": [asdict(cost) for cost in self.export.costs],
             "files": list(self.export.files),
@@ -135,8 +148,19 @@ class Build:
             (c.target, f"{c.flash} B", f"{c.ram} B", f"{c.stack} B") for c in self.export.costs
         ]
         header = ("target", "RMSE float", "RMSE fixed", "worst |fixed - float|", "of full scale")
+        cut: Rows = [
+            (
+                fallback.without,
+                " ".join(i.name for i in fallback.estimator.network.inputs),
+                ", ".join(f"{value:.4g}" for value in fallback.cut_rmse),
+                ", ".join(f"{value:.4g}" for value in fallback.rmse),
+            )
+            for fallback in self.fallbacks
+        ]
+        failing = ("sensor cut", "fallback uses", "RMSE without fallback", "RMSE with fallback")
         return [
             (f"{' + '.join(self.selection.sensors)}, held-out time:", header, accuracy),
+            *([("when a sensor fails:", failing, cut)] if cut else []),
             (BITS, ("evaluator", "mismatches", "time"), mismatches),
             ("cost:", ("core", "flash", "static RAM", "stack"), costs),
         ]
@@ -160,6 +184,20 @@ class Estimator:
         return reference.values(self.network, reference.estimate(self.network, codes))
 
 
+@dataclass(frozen=True)
+class Fallback:
+    """The estimator for the day when the sensor ``without`` has failed.
+
+    Per target on held-out time: ``cut_rmse`` of the primary network while the sensor reads 0,
+    ``rmse`` of this one.
+    """
+
+    without: str
+    estimator: Estimator
+    cut_rmse: tuple[float, ...]
+    rmse: tuple[float, ...]
+
+
 def quantise_fit(
     fitted: Fit, recording: Recording, *, name: str | None = None, bits: int = 16, seed: int = 0
 ) -> Estimator:
@@ -173,31 +211,60 @@ def quantise_fit(
     return Estimator(fitted.mlp, made, codes)
 
 
-def generate_export(estimator: Estimator, out: str | Path) -> Export:
-    """Write the export folder of ``estimator``.
+def generate_export(
+    estimator: Estimator,
+    out: str | Path,
+    *,
+    optimise: Optimise = "speed",
+    fallbacks: Sequence[Fallback] = (),
+) -> Export:
+    """Write the export folder of ``estimator``; ``optimise`` lays out the C for speed or size.
 
-    The folder gets NAME.h, NAME.c, NAME_vectors.h, NAME.onnx, NAME_int.onnx, NAME.json, codes.npz
-    and manifest.json; the manifest comes last, so that a folder with a manifest is whole.
+    The folder gets NAME.h, NAME.c, NAME_vectors.h, NAME.onnx, NAME_int.onnx, NAME.json, the same
+    for every fallback, codes.npz and manifest.json; the manifest comes last, so that a folder with
+    a manifest is whole.
 
     Raises ``SoftsenseError`` for a disk that cannot be written to.
     """
     out = Path(out)
-    network, data = estimator.network, estimator.codes
     (out / MANIFEST).unlink(missing_ok=True)
-    generate(network, out, data)
+    costs, written = _write_network(estimator, out, optimise)
+    for fallback in fallbacks:
+        written += _write_network(fallback.estimator, out, optimise)[1]
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, codes=estimator.codes.astype(np.int16))
+    written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
+    files = tuple(sorted(path.name for path in written))
+    manifest = _manifest(estimator.quantised, costs, files)
+    if fallbacks:
+        manifest["fallbacks"] = [
+            {
+                "name": fallback.estimator.network.name,
+                "without": fallback.without,
+                "digest": fallback.estimator.network.digest,
+                "inputs": [asdict(i) for i in fallback.estimator.network.inputs],
+                "outputs": [asdict(o) for o in fallback.estimator.network.outputs],
+            }
+            for fallback in fallbacks
+        ]
+    write_text(out / MANIFEST, json.dumps(manifest, indent=1) + "\n")
+    return Export(out, estimator.quantised, costs, (*files, MANIFEST))
+
+
+def _write_network(
+    estimator: Estimator, out: Path, optimise: Optimise
+) -> tuple[tuple[Cost, ...], list[Path]]:
+    """C, vectors, JSON and ONNX of one network; what it costs, and the paths."""
+    network, data = estimator.network, estimator.codes
+    generate(network, out, data, optimise=optimise)
+    # The header tells the cost of the source beside it, so the source comes first.
     costs = measure_costs(out / f"{network.name}.c")
     lines = [f"{c.target}: {c.flash} bytes of flash, {c.stack} of stack (-O2)" for c in costs]
-    written = generate(network, out, data, lines)
+    written = generate(network, out, data, lines, optimise)
     model = float_model(estimator.mlp, network.name)
     written.append(write_bytes(out / f"{network.name}.onnx", model))
     written.append(write_bytes(out / f"{network.name}_int.onnx", int_model(network)))
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, codes=data.astype(np.int16))
-    written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
-    files = tuple(sorted(path.name for path in written))
-    text = json.dumps(_manifest(estimator.quantised, costs, files), indent=1) + "\n"
-    write_text(out / MANIFEST, text)
-    return Export(out, estimator.quantised, costs, (*files, MANIFEST))
+    return costs, written
 
 
 def export(
@@ -208,6 +275,7 @@ def export(
     name: str,
     bits: int = 16,
     seed: int = 0,
+    optimise: Optimise = "speed",
     stage: Stage = _silent,
 ) -> Export:
     """Quantise ``mlp`` on ``codes`` (samples, inputs) and write its export folder.
@@ -220,7 +288,7 @@ def export(
     quantised = quantise(mlp, data, name=name, bits=bits, seed=seed)
     stage(f"quantised: {quantised.verdict()}")
     stage("generate C and ONNX")
-    return generate_export(Estimator(mlp, quantised, data), out)
+    return generate_export(Estimator(mlp, quantised, data), out, optimise=optimise)
 
 
 def build(
@@ -254,9 +322,17 @@ def build(
     rmse = ", ".join(f"{value:.4g}" for value in fitted.rmse["test"])
     stage(f"trained: RMSE {rmse} on held-out time; {fitted.status} after {fitted.epochs} epochs")
     used = recording.with_sensors(selection.sensors)
-    exported = export(
-        fitted.mlp, used.codes, out, name=prefix, bits=recipe.bits, seed=recipe.seed, stage=stage
-    )
+    stage("quantise")
+    estimator = quantise_fit(fitted, recording, name=prefix, bits=recipe.bits, seed=recipe.seed)
+    stage(f"quantised: {estimator.quantised.verdict()}")
+    fallbacks: tuple[Fallback, ...] = ()
+    if recipe.fallback:
+        fallbacks = tuple(
+            _fallback(recording, known, selection, estimator, sensor, recipe, rows, stage)
+            for sensor in (selection.sensors if len(recording.sensors) > 1 else ())
+        )
+    stage("generate C and ONNX")
+    exported = generate_export(estimator, out, optimise=recipe.optimise, fallbacks=fallbacks)
     evaluators = available() if on is None else tuple(on)
     stage(f"verify on {', '.join(evaluators)}")
     verification = verify(out, evaluators, seed=recipe.seed, stage=stage)
@@ -265,7 +341,15 @@ def build(
     square = ((fixed - used.target) ** 2)[fitted.split.test].mean(axis=0)
     rmse_fixed = tuple(float(value) for value in np.sqrt(square))
     result = Build(
-        Path(out), recording, ranking, selection, fitted, exported, verification, rmse_fixed
+        Path(out),
+        recording,
+        ranking,
+        selection,
+        fitted,
+        exported,
+        verification,
+        rmse_fixed,
+        fallbacks,
     )
     stage("report")
     estimates = Estimates(used.target, fitted.mlp.predict(used.codes), fixed, fitted.split.test)
@@ -281,6 +365,34 @@ def build(
     )
     write_build_report(Path(out), recording, ranking, estimates, exported.costs, tables, lead)
     return result
+
+
+def _fallback(
+    recording: Recording,
+    known: Recording,
+    selection: Selection,
+    primary: Estimator,
+    sensor: str,
+    recipe: Recipe,
+    rows: Split,
+    stage: Stage,
+) -> Fallback:
+    """The best network of the same size that does without ``sensor``."""
+    rest = [name for name in recording.sensors if name != sensor]
+    chosen = select(known.with_sensors(rest), min(len(selection.sensors), len(rest)))
+    stage(f"fallback without {sensor}: {', '.join(chosen.sensors)}")
+    fitted = _fit(recording, chosen.sensors, recipe, rows)
+    name = c_name(f"{primary.network.name[:30]}_no_{sensor}")
+    made = quantise_fit(fitted, recording, name=name, bits=recipe.bits, seed=recipe.seed)
+    cut = primary.codes[rows.test].copy()
+    cut[:, selection.sensors.index(sensor)] = 0
+    truth = recording.target[rows.test]
+
+    def rmse(values: NDArray[np.float64]) -> tuple[float, ...]:
+        return tuple(float(v) for v in np.sqrt(((values - truth) ** 2).mean(axis=0)))
+
+    own = made.predict(made.codes[rows.test])
+    return Fallback(sensor, made, rmse(primary.predict(cut)), rmse(own))
 
 
 def rmse_text(build: Build) -> str:

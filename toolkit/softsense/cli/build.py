@@ -42,6 +42,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         "--bits", type=int, default=16, choices=(8, 16), help="bits of a weight (default 16)"
     )
     group.add_argument(
+        "--optimise",
+        choices=("speed", "size"),
+        default="speed",
+        help="layout of the generated C, the same bits either way (default speed)",
+    )
+    group.add_argument(
         "--fallback",
         type=int,
         default=0,
@@ -70,6 +76,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
         restarts=args.restarts,
         epochs=args.epochs,
         bits=args.bits,
+        optimise=args.optimise,
         fallback=bool(args.fallback),
     )
     if args.recording.suffix == ".toml":
