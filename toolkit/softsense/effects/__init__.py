@@ -86,6 +86,71 @@ class Context:
         return np.random.Generator(bits)
 
 
+@dataclass(frozen=True)
+class Nominal:
+    """One channel as a simulator without the effect says it, for the effect to leave its trace in.
+
+    ``codes``: (samples, channels) noiseless nominal codes of all channels; ``channel``: which is
+    meant. ``strain``: (samples,) share of the range; ``static(strain)``: codes that the channel
+    would settle at. ``start_s``: time of the first sample since the experiment began;
+    ``largest``: (samples,) largest strain so far.
+    """
+
+    codes: Floats
+    channel: int
+    strain: Floats
+    dt_s: float
+    static: Callable[[Floats], Floats]
+    largest: Floats
+    start_s: float = 0.0
+    temp_c: Floats | None = None
+    full_scale: float = 4095.0
+
+    @property
+    def u(self) -> Floats:
+        """(samples,) the channel's own codes."""
+        signal: Floats = self.codes[:, self.channel]
+        return signal
+
+    @property
+    def span(self) -> float:
+        """How many codes the channel moves by."""
+        return float(np.ptp(self.u)) or 1.0
+
+    @property
+    def share(self) -> Floats:
+        """(samples,) 0 … 1 of the span."""
+        result: Floats = (self.u - self.u.min()) / self.span
+        return result
+
+    @property
+    def time_s(self) -> Floats:
+        """(samples,) seconds since the experiment began."""
+        times: Floats = self.start_s + self.dt_s * np.arange(len(self.u), dtype=np.float64)
+        return times
+
+    @property
+    def rate(self) -> Floats:
+        """(samples,) strain per second."""
+        change: Floats = np.gradient(self.strain) / self.dt_s
+        return change
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """What an effect would add to a channel's codes, up to weights: ``columns`` (samples, p).
+
+    ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``values``: the
+    parameters that the columns were made with.
+    """
+
+    columns: Floats
+    values: Mapping[str, float]
+    form: str = ""
+    fixed: bool = False
+
+
+Explain = Callable[[Nominal], list[Candidate]]
 Values = Mapping[str, Floats]
 Simulate = Callable[[Floats, Context, Values, str, State | None], tuple[Floats, State]]
 
@@ -108,6 +173,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     simulate: Simulate
     forms: tuple[str, ...] = ("",)
+    explain: Explain | None = None
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

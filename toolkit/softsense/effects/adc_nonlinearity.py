@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 
 def simulate(
@@ -22,6 +22,19 @@ def simulate(
     return u + context.lsb * values["inl_lsb"] * shape, {}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """A bow and an S over the converter's range, or waves within the range that is used."""
+    q = np.pi * nominal.u / nominal.full_scale
+    p = np.pi * nominal.share
+    waves = [f(k * p) * 10.0 for k in (1, 2, 3, 4) for f in (np.sin, np.cos)]
+    return [
+        Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
+        Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
+        Candidate(np.stack([np.sin(q), np.sin(2 * q), np.sin(3 * q)], axis=1) * 10.0, {}, "bow"),
+        Candidate(np.stack(waves, axis=1), {}, "s"),
+    ]
+
+
 EFFECT = Effect(
     name="adc_nonlinearity",
     stage="electrical",
@@ -35,5 +48,6 @@ EFFECT = Effect(
         Parameter("every", "codes", 2.0, 64.0, 8.0, "missing_codes: distance between lost codes"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("bow", "s_shape", "missing_codes"),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import play
 
 
@@ -19,6 +19,18 @@ def simulate(
     return moved, {"memory": memory}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """What the channel settles at for the played strain less that for the strain, weight 1."""
+    at_rest = nominal.static(nominal.strain)
+    result = []
+    for width in np.geomspace(0.004, 0.3, 22):
+        played = play(nominal.strain[:, None], np.array([width]), nominal.strain[:1].copy())[:, 0]
+        values = {"width": float(width)}
+        column = (nominal.static(played) - at_rest)[:, None]
+        result.append(Candidate(column, values, "play", fixed=True))
+    return result
+
+
 EFFECT = Effect(
     name="backlash",
     stage="motion",
@@ -28,5 +40,6 @@ EFFECT = Effect(
     fingerprint="flat after each reversal, over the same width on all channels",
     parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
     simulate=simulate,
+    explain=explain,
     forms=("play", "dead_zone"),
 )

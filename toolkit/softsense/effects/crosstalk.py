@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 
 def simulate(
@@ -29,6 +29,18 @@ def simulate(
     return result, {"last": u[-1].copy()}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """A share of another channel in place of its own."""
+    result = []
+    for other in range(nominal.codes.shape[1]):
+        if other != nominal.channel:
+            column = (nominal.codes[:, other] - nominal.u)[:, None]
+            result.append(Candidate(column, {"source": float(other)}))
+            alone = nominal.codes[:, other] - nominal.codes[0, other]
+            result.append(Candidate(alone[:, None], {"source": float(other)}))
+    return result
+
+
 EFFECT = Effect(
     name="crosstalk",
     stage="electrical",
@@ -41,5 +53,6 @@ EFFECT = Effect(
         Parameter("source", "channel", -1.0, 63.0, -1.0, "channel heard; -1: the one before"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("scan", "supply"),
 )

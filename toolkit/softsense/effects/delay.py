@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 
 def simulate(
@@ -34,6 +34,21 @@ def simulate(
     return low + part * (high - low), {"history": history[keep:], "begins": begins + keep}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """The signal of another time less the signal, weight 1; or a clock that runs differently."""
+    index = np.arange(len(nominal.u), dtype=np.float64)
+    result = []
+    for delay_s in np.concatenate([-np.geomspace(0.4, 0.01, 17), np.geomspace(0.01, 0.4, 17)]):
+        moved = np.interp(index - delay_s / nominal.dt_s, index, nominal.u)
+        values = {"delay_s": float(delay_s)}
+        result.append(Candidate((moved - nominal.u)[:, None], values, "constant", fixed=True))
+    slope = np.gradient(nominal.u) / nominal.dt_s
+    result.append(
+        Candidate(np.stack([-slope, -slope * nominal.time_s / 400.0], axis=1), {}, "skew")
+    )
+    return result
+
+
 EFFECT = Effect(
     name="delay",
     stage="motion",
@@ -46,4 +61,5 @@ EFFECT = Effect(
         Parameter("skew", "1", 0.0, 0.002, 0.0, "relative difference of the clocks d1"),
     ),
     simulate=simulate,
+    explain=explain,
 )

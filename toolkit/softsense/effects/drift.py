@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import REFERENCE_S, Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import (
+    REFERENCE_S,
+    Candidate,
+    Context,
+    Effect,
+    Floats,
+    Nominal,
+    Parameter,
+    State,
+    Values,
+)
 
 
 def course(t_s: Floats, values: Values, form: str) -> Floats:
@@ -26,6 +36,23 @@ def simulate(
     return u + change * (1.0 + values["by_signal"] * u), {}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """One law of time, alone and times the signal."""
+    t = np.maximum(nominal.time_s, 0.0)
+    laws: list[tuple[str, dict[str, float], Floats]] = []
+    for tau_s in (1.0, 4.0, 15.0, 60.0, 200.0):
+        laws.append(("log", {"tau_s": tau_s}, np.log1p(t / tau_s)))
+        laws.append(("exponential", {"tau_s": tau_s}, -np.expm1(-t / tau_s)))
+    for exponent in (0.25, 0.5, 0.75, 1.0):
+        laws.append(("power", {"exponent": exponent}, (t / REFERENCE_S) ** exponent))
+    result = []
+    for form, values, law in laws:
+        law = law * nominal.span / (np.abs(law).max() + 1e-300)
+        result.append(Candidate(law[:, None], values, form))
+        result.append(Candidate(np.stack([law, law * nominal.share], axis=1), values, form))
+    return result
+
+
 EFFECT = Effect(
     name="drift",
     stage="material",
@@ -41,5 +68,6 @@ EFFECT = Effect(
         Parameter("by_signal", "1", 0.0, 3.0, 0.0, "how much more at full strain than at rest"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("log", "exponential", "power"),
 )

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import REFERENCE_S, Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import (
+    REFERENCE_S,
+    Candidate,
+    Context,
+    Effect,
+    Floats,
+    Nominal,
+    Parameter,
+    State,
+    Values,
+)
 
 _REFERENCE_CYCLES = 100.0
 
@@ -29,6 +39,17 @@ def simulate(
     return u * (1.0 + values["amplitude"] * course), after
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """In proportion to the signal: constant, or growing with time or with the square root of it."""
+    t = nominal.time_s / 400.0
+    moved = nominal.u - nominal.u[0]
+    return [
+        Candidate(moved[:, None], {}, "constant"),
+        Candidate((moved * t)[:, None], {}, "ageing"),
+        Candidate((moved * np.sqrt(np.maximum(t, 0.0)))[:, None], {}, "cycles"),
+    ]
+
+
 EFFECT = Effect(
     name="gain",
     stage="material",
@@ -39,5 +60,6 @@ EFFECT = Effect(
     fingerprint="proportional to the signal, may grow with time or cycles",
     parameters=(Parameter("amplitude", "1", -0.4, 0.4, 0.1, "relative change of the gain"),),
     simulate=simulate,
+    explain=explain,
     forms=("constant", "time", "cycles"),
 )

@@ -6,8 +6,8 @@ from math import exp
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
-from softsense.effects.operators import compiled
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects.operators import compiled, play
 
 # Stop operators of a Prandtl-Ishlinskii loop: with fewer, the corners of a loop show.
 _STOPS = 6
@@ -92,6 +92,18 @@ def simulate(
     return u + values["amplitude"] * z, {"last": last, "memory": memory}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """Play operators of several widths, of the signal and of the strain (Prandtl-Ishlinskii)."""
+    result = []
+    for widths in ((0.04, 0.12, 0.35, 0.8), (0.1, 0.25, 0.6)):
+        width = np.array(widths)
+        for base in (nominal.share, nominal.strain):
+            signal = np.repeat(base[:, None], len(width), axis=1)
+            columns = play(signal, width, signal[0].copy()) - signal
+            result.append(Candidate(columns * nominal.span, {}, "prandtl-ishlinskii"))
+    return result
+
+
 EFFECT = Effect(
     name="hysteresis",
     stage="material",
@@ -107,5 +119,6 @@ EFFECT = Effect(
         Parameter("threshold", "share of span", 0.02, 0.6, 0.2, "way after a reversal to slip"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("prandtl_ishlinskii", "bouc_wen", "dahl"),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
 
 
@@ -20,6 +20,18 @@ def simulate(
     return u, {"memory": np.stack(memories)}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """The filtered signal less the signal itself, weight 1, one pole and two."""
+    result = []
+    for tau_s in np.geomspace(0.01, 0.8, 21):
+        once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
+        twice = low_pass(once, nominal.dt_s, np.array([tau_s]), None)[0]
+        for poles, y in ((1, once), (2, twice)):
+            values = {"tau_s": float(tau_s), "poles": float(poles)}
+            result.append(Candidate(y - nominal.u[:, None], values, fixed=True))
+    return result
+
+
 EFFECT = Effect(
     name="lag",
     stage="electrical",
@@ -29,5 +41,6 @@ EFFECT = Effect(
     fingerprint="fast motion is attenuated and late",
     parameters=(Parameter("tau_s", "s", 0.01, 0.5, 0.1, "time constant of each pole"),),
     simulate=simulate,
+    explain=explain,
     forms=("one_pole", "two_poles"),
 )

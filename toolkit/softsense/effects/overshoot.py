@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass, rate
 
 
@@ -22,6 +22,19 @@ def simulate(
     return result, {"memory": memory, "strain": float(context.strain[-1])}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """Filtered magnitude of the strain rate, alone and times the signal: even in direction."""
+    result = []
+    speed = np.abs(nominal.rate)
+    for power in (0.5, 1.0):
+        for tau_s in (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0):
+            y = low_pass((speed**power)[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+            y = y * nominal.span / (y.std() + 1e-300)
+            columns = np.stack([y, y * nominal.share], axis=1)
+            result.append(Candidate(columns, {"tau_s": tau_s}))
+    return result
+
+
 EFFECT = Effect(
     name="overshoot",
     stage="material",
@@ -36,4 +49,5 @@ EFFECT = Effect(
         Parameter("by_signal", "1", -1.0, 3.0, 0.0, "how much more at full strain than at rest"),
     ),
     simulate=simulate,
+    explain=explain,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
 
 # Poles that stand for a fractional element, two per decade below its longest time.
@@ -44,6 +44,23 @@ def simulate(
     return result, {"memory": np.stack(memories)}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
+    u = nominal.u[:, None]
+
+    def relaxed(tau_s: float) -> Floats:
+        return low_pass(u, nominal.dt_s, np.array([tau_s]), None)[0] - u
+
+    result = [
+        Candidate(relaxed(float(tau)), {"tau_s": float(tau)}, "prony")
+        for tau in np.geomspace(0.6, 150.0, 12)
+    ]
+    for ladder in ((1.0, 10.0, 100.0), (0.6, 3.0, 15.0, 75.0)):
+        columns = np.concatenate([relaxed(tau) for tau in ladder], axis=1)
+        result.append(Candidate(columns, {}, "prony"))
+    return result
+
+
 EFFECT = Effect(
     name="relaxation",
     stage="material",
@@ -58,5 +75,6 @@ EFFECT = Effect(
         Parameter("exponent", "1", 0.1, 0.7, 0.3, "power law only: decay as t^-exponent"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("prony", "power_law"),
 )

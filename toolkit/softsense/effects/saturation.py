@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 
 def simulate(
@@ -16,6 +16,20 @@ def simulate(
         return np.minimum(u, level), {}
     knee = np.maximum(values["knee"], 1e-9)
     return level - knee * np.logaddexp(0.0, (level - u) / knee), {}
+
+
+def explain(nominal: Nominal) -> list[Candidate]:
+    """What is cut off above a level, weight 1, hard or with a soft knee."""
+    result = []
+    for share in np.linspace(0.5, 0.99, 30):
+        level = nominal.u.min() + share * nominal.span
+        values = {"level": float(level / nominal.full_scale)}
+        for knee in (0.0, 0.03, 0.08):
+            width = knee * nominal.span
+            over = nominal.u - level
+            cut = np.maximum(over, 0.0) if not width else width * np.logaddexp(0.0, over / width)
+            result.append(Candidate(-cut[:, None], values, fixed=True))
+    return result
 
 
 EFFECT = Effect(
@@ -30,5 +44,6 @@ EFFECT = Effect(
         Parameter("knee", "share of ADC scale", 0.002, 0.1, 0.02, "soft: width k of the knee"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("hard", "soft"),
 )

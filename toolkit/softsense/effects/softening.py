@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.special import erf
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 
 def simulate(
@@ -24,6 +24,21 @@ def simulate(
     return u * (1.0 - values["depth"] * soft), {"largest": float(largest[-1, 0])}
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """Functions of the largest strain so far and of the distance below it."""
+    below = nominal.largest - nominal.strain
+    bends = [below, below * nominal.largest, below**2, below * nominal.strain]
+    deep = [np.minimum(below / (0.1 + 0.9 * nominal.largest), 1.0), nominal.largest * nominal.share]
+    return [
+        Candidate(np.stack(parts, axis=1) * nominal.span, {}, form)
+        for parts, form in (
+            (bends, "exponential"),
+            ([*bends, *deep], "ogden-roxburgh"),
+            (bends[:2], "exponential"),
+        )
+    ]
+
+
 EFFECT = Effect(
     name="softening",
     stage="material",
@@ -38,5 +53,6 @@ EFFECT = Effect(
         Parameter("width", "strain range (its square)", 0.05, 1.0, 0.3, "way to become soft"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("exponential", "ogden_roxburgh"),
 )

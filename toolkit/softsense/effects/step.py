@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 
 def simulate(
@@ -18,6 +18,19 @@ def simulate(
     healed = -np.expm1(-np.maximum(since, 0.0) / values["tau_s"])
     h = np.where(since >= 0.0, 1.0 - values["recovery"] * healed, 0.0)
     return u + h * (values["offset"] + values["gain"] * u), {}
+
+
+def explain(nominal: Nominal) -> list[Candidate]:
+    """From an instant on another offset and gain."""
+    result = []
+    for share in np.linspace(0.02, 0.98, 97):
+        onset = int(share * len(nominal.u))
+        after = np.zeros(len(nominal.u))
+        after[onset:] = nominal.span
+        values = {"onset_s": float(nominal.time_s[onset])}
+        result.append(Candidate(after[:, None], values))
+        result.append(Candidate(np.stack([after, after * nominal.share], axis=1), values))
+    return result
 
 
 EFFECT = Effect(
@@ -35,4 +48,5 @@ EFFECT = Effect(
         Parameter("tau_s", "s", 5.0, 200.0, 50.0, "how fast it heals"),
     ),
     simulate=simulate,
+    explain=explain,
 )

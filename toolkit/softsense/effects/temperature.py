@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.signal import lfilter
 
-from softsense.effects import Context, Effect, Floats, Parameter, State, Values
+from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
 
 _REFERENCE_C = 25.0
@@ -40,6 +40,15 @@ def simulate(
     return u + change * (1.0 + values["by_signal"] * u), after
 
 
+def explain(nominal: Nominal) -> list[Candidate]:
+    """In proportion to the logged temperature, alone and times the signal; none without a log."""
+    if nominal.temp_c is None or np.ptp(nominal.temp_c) == 0:
+        return []
+    warm = (nominal.temp_c - nominal.temp_c[0]) * nominal.span / np.ptp(nominal.temp_c)
+    columns = np.stack([warm, warm * nominal.share], axis=1)
+    return [Candidate(columns[:, :1], {}), Candidate(columns, {})]
+
+
 EFFECT = Effect(
     name="temperature",
     stage="material",
@@ -57,5 +66,6 @@ EFFECT = Effect(
         Parameter("rise_k", "K", 0.5, 20.0, 5.0, "self heating: settled rise at rest"),
     ),
     simulate=simulate,
+    explain=explain,
     forms=("ambient", "self_heating"),
 )
