@@ -2,7 +2,8 @@
 
 python tests/benchmarks/link/throughput.py [--baud 115200] [--boards host,mps2-an386]
 
-The limit is that of the busier direction: ten bits per byte, every byte of a frame counted, requests
+The limit is that of the busier direction: ten bits per byte, every byte of a frame counted, while
+requests go
 one way and answers the other at the same time.
 """
 
