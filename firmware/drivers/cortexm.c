@@ -59,9 +59,14 @@ void cortexm_wake_on(uint8_t interrupt)
     NVIC_ENABLE[interrupt / 32U] = (uint32_t)1 << (interrupt % 32U);
 }
 
+void cortexm_clear(uint8_t interrupt)
+{
+    NVIC_CLEAR[interrupt / 32U] = (uint32_t)1 << (interrupt % 32U);
+}
+
 void cortexm_sleep(uint8_t interrupt)
 {
     __asm volatile("dsb\n\twfi" ::: "memory");
     SYSTEM_CONTROL = PENDING_SYSTICK_CLEAR;
-    NVIC_CLEAR[interrupt / 32U] = (uint32_t)1 << (interrupt % 32U);
+    cortexm_clear(interrupt);
 }

@@ -2,8 +2,10 @@
 
 #include "bytes.h"
 
+/* Beyond an enumerator's range where int has 16 bits. */
+#define LONGEST_STREAM_PERIOD_US 60000000U
+
 enum {
-    LONGEST_STREAM_PERIOD_US = 60000000,
     SHORTEST_STREAM_PERIOD_US = 200,
     ESTIMATE_FIXED = 12, /* bytes of an answer before its estimates */
     SAMPLE_FIXED = 18,   /* bytes of a sample before its codes */
@@ -172,7 +174,7 @@ static enum message_error stream(struct messages *messages, const struct frame *
     if (period_us != 0U) {
         int16_t codes[MODEL_MAX_CHANNELS];
         if (period_us < (uint32_t)SHORTEST_STREAM_PERIOD_US ||
-            period_us > (uint32_t)LONGEST_STREAM_PERIOD_US) {
+            period_us > LONGEST_STREAM_PERIOD_US) {
             return MESSAGE_BAD_RATE;
         }
         if (!port_convert(messages->conversion, model_channels(), codes)) {

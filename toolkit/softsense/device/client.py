@@ -130,20 +130,27 @@ class _Timing:
 
     smooth_s: float | None = None
     deviation_s: float = 0.0
+    backoff: float = 1.0  # doubled by every timeout until a trip has been measured again
+    window: float = 2.0  # requests under way: one more per answer, half as many after a timeout
+
+    def late(self) -> None:
+        self.backoff = min(2 * self.backoff, 64.0)
+        self.window = max(self.window / 2, 1.0)
 
     def learn(self, trip_s: float) -> None:
+        self.backoff = 1.0
+        self.window = min(self.window + 0.5, float(MOST_IN_FLIGHT))
         if self.smooth_s is None:
             self.smooth_s, self.deviation_s = trip_s, trip_s / 2
             return
         self.deviation_s += (abs(self.smooth_s - trip_s) - self.deviation_s) / 4
         self.smooth_s += (trip_s - self.smooth_s) / 8
 
-    def timeout_s(self, tries: int) -> float:
+    def timeout_s(self) -> float:
         if self.smooth_s is None:
             return FIRST_TIMEOUT_S
         base = max(self.smooth_s + 4 * self.deviation_s, SHORTEST_TIMEOUT_S)
-        backed_off = base * float(1 << min(max(tries - 1, 0), 4))
-        return min(backed_off, LONGEST_TIMEOUT_S)
+        return min(base * self.backoff, LONGEST_TIMEOUT_S)
 
 
 @dataclass
@@ -374,7 +381,7 @@ class Device(AbstractContextManager["Device"]):
             return not pending
         used = sum(len(request.wire) for request in pending.values())
         longest = max(len(request.wire) for request in pending.values())
-        return len(pending) < MOST_IN_FLIGHT and used + longest < self._identity.queue_bytes
+        return len(pending) < self._timing.window and used + longest < self._identity.queue_bytes
 
     def _enlist(self, request: _Request, pending: dict[int, _Request]) -> None:
         self._sequence = (self._sequence + 1) & 0xFFFF
@@ -401,25 +408,33 @@ class Device(AbstractContextManager["Device"]):
                 remedy="check cable, power and baud rate, and that it is the softsense firmware",
             )
         wire = b""
+        timeout_s = self._timeout_s(pending)
+        timed_out = False
         for request in pending.values():
-            late = request.sent_s is not None and (
-                now - request.sent_s > self._timing.timeout_s(request.tries)
-                or request.overtaken > OVERTAKEN
-            )
-            if request.sent_s is None or late:
-                self.counters.retries += late
+            late = request.sent_s is not None and now - request.sent_s > timeout_s
+            timed_out |= late
+            if request.sent_s is None or late or request.overtaken > OVERTAKEN:
+                self.counters.retries += request.sent_s is not None
                 request.sent_s, request.overtaken = now, 0
                 request.tries += 1
                 wire += request.wire
+        if timed_out:
+            self._timing.late()
         if wire:
             self.line.send(wire)
 
+    def _timeout_s(self, pending: dict[int, _Request]) -> float:
+        """The smoothed trip, and the time that the bytes under way take at the board's rate: a
+        first large request must not be judged by the small ones before it."""
+        timeout_s = self._timing.timeout_s()
+        if self._identity is not None and self._identity.baud:
+            there = sum(len(request.wire) for request in pending.values())
+            timeout_s += 2 * there * 10 / self._identity.baud
+        return timeout_s
+
     def _wait_s(self, pending: dict[int, _Request]) -> float:
-        due = [
-            request.sent_s + self._timing.timeout_s(request.tries)
-            for request in pending.values()
-            if request.sent_s is not None
-        ]
+        timeout_s = self._timeout_s(pending)
+        due = [r.sent_s + timeout_s for r in pending.values() if r.sent_s is not None]
         return max(min(due) - now_s(), 0.0005)
 
     def _frames(self, timeout_s: float) -> list[Frame]:
