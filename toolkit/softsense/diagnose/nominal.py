@@ -1,0 +1,118 @@
+"""What the simulator says without its noise, and how noisy a recording is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import BSpline
+
+from softsense.effects import Nominal
+from softsense.effects.operators import low_pass, play
+from softsense.recording import Recording
+
+Floats = NDArray[np.float64]
+KNOTS = 16
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The common motion: ``strain`` 0 … 1 of ``low`` … ``high``, and what a window has seen."""
+
+    strain: Floats
+    largest: Floats
+    dt_s: float
+    start_s: float
+    temp_c: Floats | None
+
+
+def motion_of(sim: Recording, low: float, high: float, start_s: float, largest: float) -> Motion:
+    """The motion of ``sim``; ``largest`` strain (share) reached before it began."""
+    strain = (sim.target[:, 0] - low) / ((high - low) or 1.0)
+    running = np.maximum(np.maximum.accumulate(strain), largest)
+    return Motion(strain, running, sim.dt_s, start_s, sim.context.get("temp_c"))
+
+
+def spline_basis(values: Floats, knots: int = KNOTS) -> Floats:
+    """(samples, knots + 2) cubic B-splines over the range of ``values`` (0 … 1, clipped)."""
+    inner = np.linspace(0.0, 1.0, knots)
+    full = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
+    inside = np.clip(values, 0.0, 1.0 - 1e-12)
+    basis: Floats = BSpline.design_matrix(inside, full, 3).toarray()
+    return basis
+
+
+def noise_rms(signal: Floats) -> Floats:
+    """(channels,) noise of ``signal`` (samples, channels), from third differences.
+
+    Slow parts vanish in differences; the square root of 20 is their gain for white noise. The
+    median of windows keeps fast moves out.
+    """
+    third = np.diff(signal, 3, axis=0) / np.sqrt(20.0)
+    windows = np.array_split(third, 64)
+    level = np.sqrt(np.median([np.mean(w**2, axis=0) for w in windows], axis=0))
+    return np.maximum(level, 0.29)  # rounding to whole codes alone
+
+
+def denoise(codes: Floats, motion: Motion) -> Floats:
+    """(samples, channels) nominal codes as a smooth function of strain and its history.
+
+    A static curve, relaxing parts, play operators and the filtered strain rate, fitted to the
+    simulated codes: their noise is left out, which would otherwise look like a lag.
+    """
+    x, dt = motion.strain, motion.dt_s
+    curve = spline_basis(x)
+    taus = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+    parts = [curve]
+    for signal in (x, x**2):
+        parts += [low_pass(signal[:, None], dt, np.array([tau]), None)[0] for tau in taus]
+    widths = np.array([0.03, 0.1, 0.3, 0.6])
+    parts.append(play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0])))
+    speed = np.abs(np.gradient(x))[:, None] / dt
+    parts += [low_pass(speed, dt, np.array([tau]), None)[0] for tau in (0.1, 0.5, 2.0)]
+    parts.append(motion.largest[:, None])
+    basis = np.concatenate(parts, axis=1)
+    scale = np.sqrt((basis**2).mean(axis=0)) + 1e-12
+    basis = basis / scale
+    gram = basis.T @ basis
+    gram[np.diag_indices_from(gram)] += 1e-9 * len(basis)
+    smooth: Floats = basis @ np.linalg.solve(gram, basis.T @ codes)
+    # What this cannot say (a foreign simulator) is kept, averaged over a quarter of a second.
+    left = codes - smooth
+    kernel = np.ones(7) / 7.0
+    rest = np.stack([np.convolve(column, kernel, "same") for column in left.T], axis=1)
+    floor = noise_rms(codes)
+    poor = left.std(axis=0) > 1.5 * floor + 0.3
+    smooth[:, poor] += rest[:, poor]
+    return smooth
+
+
+def nominals(codes: Floats, motion: Motion, bits: int) -> list[Nominal]:
+    """One ``Nominal`` per channel of noiseless ``codes``."""
+    curve = spline_basis(motion.strain)
+    gram = curve.T @ curve + 1e-6 * np.eye(curve.shape[1])
+    weights = np.linalg.solve(gram, curve.T @ codes)
+
+    def static_of(channel: int) -> Callable[[Floats], Floats]:
+        def static(strain: Floats) -> Floats:
+            result: Floats = spline_basis(strain) @ weights[:, channel]
+            return result
+
+        return static
+
+    return [
+        Nominal(
+            codes=codes,
+            channel=channel,
+            strain=motion.strain,
+            dt_s=motion.dt_s,
+            static=static_of(channel),
+            largest=motion.largest,
+            start_s=motion.start_s,
+            temp_c=motion.temp_c,
+            full_scale=float(2**bits - 1),
+        )
+        for channel in range(codes.shape[1])
+    ]
