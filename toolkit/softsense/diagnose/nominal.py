@@ -53,7 +53,9 @@ def noise_rms(signal: Floats) -> Floats:
     third = np.diff(signal, 3, axis=0) / np.sqrt(20.0)
     windows = np.array_split(third, 64)
     level = np.sqrt(np.median([np.mean(w**2, axis=0) for w in windows], axis=0))
-    return np.maximum(level, 0.29)  # rounding to whole codes alone
+    # Rounding to whole codes alone makes 0.29.
+    result: Floats = np.maximum(level, 0.29)
+    return result
 
 
 def denoise(codes: Floats, motion: Motion) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,9 @@ def tell(
         static = np.stack(
             [np.zeros(width) if fit.static is None else fit.static for fit in search.fits]
         )
-    augmented = sim.codes + (change if search.steps else 0.0)
+    augmented = sim.codes.astype(np.float64)
+    if search.steps:
+        augmented += change
     effects = _effects(channels, search, names, motion, smooth, rng)
     effects += [_finding(finding, names) for finding in found]
     estimators = _estimators(sim, real, augmented)
@@ -168,7 +171,7 @@ def _block_errors(channels: Sequence[engine._Channel], search: engine.Search) ->
         for number, block in enumerate(blocks):
             keep = np.ones(len(y), dtype=bool)
             keep[block] = False
-            guess = 0.0
+            guess = np.zeros(len(block))
             if columns.shape[1]:
                 weights = np.linalg.lstsq(columns[keep], y[keep], rcond=1e-10)[0]
                 guess = columns[block] @ weights
@@ -345,14 +348,14 @@ def _where(
         for name, value in zip(names, excess, strict=True)
         if total > 0 and value / total > 0.01
     }
-    power = sum((c.residual / c.sigma) ** 2 - 1.0 for c in channels)
+    power = np.sum([(c.residual / c.sigma) ** 2 - 1.0 for c in channels], axis=0)
     time = motion.start_s + motion.dt_s * np.arange(len(motion.strain))
     rate = np.gradient(motion.strain) / motion.dt_s
     regions = []
     if effects:
         for covariate, values in (("time_s", time), ("strain", motion.strain), ("rate", rate)):
             edges = np.quantile(values, np.linspace(0.0, 1.0, 5))
-            for low, high in zip(edges, edges[1:], strict=False):
+            for low, high in pairwise(edges):
                 inside = (values >= low) & (values <= high)
                 share = float(power[inside].sum() / max(float(power.sum()), 1e-9))
                 if inside.any() and share > 1.5 * float(inside.mean()):

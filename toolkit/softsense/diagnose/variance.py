@@ -77,6 +77,8 @@ def _line(left: Floats, dt_s: float) -> float | None:
     keep = frequency > 0.3
     power, frequency = power[keep], frequency[keep]
     half = 60
+    if np.std(left) < 1.0:
+        return None
     padded = np.pad(power, half, mode="reflect")
     local = np.array([np.median(padded[i : i + 2 * half + 1]) for i in range(0, len(power), 8)])
     floor = np.repeat(local, 8)[: len(power)] / np.log(2.0)

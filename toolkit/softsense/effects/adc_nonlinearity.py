@@ -23,15 +23,12 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """A bow and an S over the converter's range, or waves within the range that is used."""
+    """A bow and an S over the converter's range, alone and together."""
     q = np.pi * nominal.u / nominal.full_scale
-    p = np.pi * nominal.share
-    waves = [f(k * p) * 10.0 for k in (1, 2, 3, 4) for f in (np.sin, np.cos)]
     return [
         Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
         Candidate(np.stack([np.sin(q), np.sin(2 * q), np.sin(3 * q)], axis=1) * 10.0, {}, "bow"),
-        Candidate(np.stack(waves, axis=1), {}, "s"),
     ]
 
 
