@@ -36,6 +36,7 @@ NEXT_SHARE = 0.25
 SIMILAR = 0.05
 UNKNOWN_SHARE = 0.35
 MOST_EFFECTS = 3
+WANDER_LEFT = 0.04
 STATIC_KNOTS = 8
 
 
@@ -133,8 +134,10 @@ def diagnose(
     sigma = noise_rms(residual)
     channels = _channels(smooth, motion, residual, sigma, sim.adc_bits, without)
     search = _search(channels)
-    found = _variance_effects(sim, real, channels, search, motion, without)
-    return _report(sim, real, motion, smooth, channels, search, found, seed)
+    found = _variance_effects(sim, channels, search, motion, without)
+    from softsense.diagnose.telling import tell
+
+    return tell(sim, real, motion, smooth, channels, search, found, seed)
 
 
 def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:
@@ -419,6 +422,11 @@ def _search(channels: Sequence[_Channel]) -> Search:
         rivals.append({step.name: step.total for step in tried})
         current = best.fits
     left = sum(fit.error for fit in current) - floor
+    if steps and left > WANDER_LEFT * (raw - floor) and left > 0.5 * floor:
+        slow = sum(variance.wanders(c.residual, c.sigma) for c in channels)
+        if slow < 0.3 * left:
+            # Slow, and no law of time or motion says it: a random walk, found in the leftovers.
+            return Search(base, (), (), False)
     unknown = left > UNKNOWN_SHARE * max(raw - floor, 1.0) and raw - floor > 0.3 * floor
     return Search(base, tuple(steps), tuple(rivals), unknown)
 
@@ -446,7 +454,6 @@ def predicted(channel: _Channel, fit: _Fit) -> Floats:
 
 def _variance_effects(
     sim: Recording,
-    real: Recording,
     channels: Sequence[_Channel],
     search: Search,
     motion: Motion,
@@ -457,22 +464,7 @@ def _variance_effects(
         [c.residual - predicted(c, fit) for c, fit in zip(channels, search.fits, strict=True)],
         axis=1,
     )
-    found = variance.findings(left, sim.codes.astype(np.float64), real.codes, motion)
+    found = variance.findings(left, sim.codes.astype(np.float64), motion, bool(search.steps))
     # What wanders slowly after an effect was found is its form being only nearly right.
     drop = {*without, *(["random_walk"] if search.steps else [])}
     return [finding for finding in found if finding.name not in drop]
-
-
-def _report(
-    sim: Recording,
-    real: Recording,
-    motion: Motion,
-    smooth: Floats,
-    channels: Sequence[_Channel],
-    search: Search,
-    found: list[variance.Finding],
-    seed: int,
-) -> Diagnosis:
-    from softsense.diagnose.telling import tell
-
-    return tell(sim, real, motion, smooth, channels, search, found, seed)

@@ -58,51 +58,59 @@ def noise_rms(signal: Floats) -> Floats:
     return result
 
 
+def history_basis(x: Floats, dt_s: float) -> Floats:
+    """(samples, columns) a static curve of the strain, relaxing parts, play, filtered rate."""
+    taus = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+    parts = [spline_basis(x)]
+    for signal in (x, x**2):
+        parts += [low_pass(signal[:, None], dt_s, np.array([tau]), None)[0] for tau in taus]
+    widths = np.array([0.03, 0.1, 0.3, 0.6])
+    parts.append(play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0])))
+    speed = np.abs(np.gradient(x))[:, None] / dt_s
+    parts += [low_pass(speed, dt_s, np.array([tau]), None)[0] for tau in (0.1, 0.5, 2.0)]
+    parts.append(np.maximum.accumulate(x)[:, None])
+    return np.concatenate(parts, axis=1)
+
+
+def history_weights(codes: Floats, motion: Motion) -> Floats:
+    """(columns, channels) of ``history_basis`` that say the simulated ``codes``."""
+    basis = history_basis(motion.strain, motion.dt_s)
+    scale = np.sqrt((basis**2).mean(axis=0)) + 1e-12
+    scaled = basis / scale
+    gram = scaled.T @ scaled
+    gram[np.diag_indices_from(gram)] += 1e-9 * len(basis)
+    weights: Floats = np.linalg.solve(gram, scaled.T @ codes) / scale[:, None]
+    return weights
+
+
 def denoise(codes: Floats, motion: Motion) -> Floats:
     """(samples, channels) nominal codes as a smooth function of strain and its history.
 
-    A static curve, relaxing parts, play operators and the filtered strain rate, fitted to the
-    simulated codes: their noise is left out, which would otherwise look like a lag.
+    The noise of the simulated codes is left out, which would otherwise look like a lag.
     """
-    x, dt = motion.strain, motion.dt_s
-    curve = spline_basis(x)
-    taus = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
-    parts = [curve]
-    for signal in (x, x**2):
-        parts += [low_pass(signal[:, None], dt, np.array([tau]), None)[0] for tau in taus]
-    widths = np.array([0.03, 0.1, 0.3, 0.6])
-    parts.append(play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0])))
-    speed = np.abs(np.gradient(x))[:, None] / dt
-    parts += [low_pass(speed, dt, np.array([tau]), None)[0] for tau in (0.1, 0.5, 2.0)]
-    parts.append(motion.largest[:, None])
-    basis = np.concatenate(parts, axis=1)
-    scale = np.sqrt((basis**2).mean(axis=0)) + 1e-12
-    basis = basis / scale
-    gram = basis.T @ basis
-    gram[np.diag_indices_from(gram)] += 1e-9 * len(basis)
-    smooth: Floats = basis @ np.linalg.solve(gram, basis.T @ codes)
-    # What this cannot say (a foreign simulator) is kept, averaged over a quarter of a second.
+    smooth: Floats = history_basis(motion.strain, motion.dt_s) @ history_weights(codes, motion)
+    # What this cannot say is kept, averaged over two thirds of a second.
     left = codes - smooth
-    kernel = np.ones(7) / 7.0
-    rest = np.stack([np.convolve(column, kernel, "same") for column in left.T], axis=1)
-    floor = noise_rms(codes)
-    poor = left.std(axis=0) > 1.5 * floor + 0.3
-    smooth[:, poor] += rest[:, poor]
+    kernel = np.hanning(15)[1:-1]
+    kernel /= kernel.sum()
+    smooth += np.stack([np.convolve(column, kernel, "same") for column in left.T], axis=1)
     return smooth
 
 
 def nominals(codes: Floats, motion: Motion, bits: int) -> list[Nominal]:
     """One ``Nominal`` per channel of noiseless ``codes``."""
-    curve = spline_basis(motion.strain)
-    gram = curve.T @ curve + 1e-6 * np.eye(curve.shape[1])
-    weights = np.linalg.solve(gram, curve.T @ codes)
+    weights = history_weights(codes, motion)
+    known: dict[bytes, Floats] = {}
 
-    def static_of(channel: int) -> Callable[[Floats], Floats]:
-        def static(strain: Floats) -> Floats:
-            result: Floats = spline_basis(strain) @ weights[:, channel]
-            return result
+    def all_channels(strain: Floats) -> Floats:
+        # Channels ask for the same strains one after the other.
+        key = strain.tobytes()
+        if key not in known:
+            known[key] = history_basis(strain, motion.dt_s) @ weights
+        return known[key]
 
-        return static
+    def respond_of(channel: int) -> Callable[[Floats], Floats]:
+        return lambda strain: all_channels(strain)[:, channel]
 
     return [
         Nominal(
@@ -110,7 +118,7 @@ def nominals(codes: Floats, motion: Motion, bits: int) -> list[Nominal]:
             channel=channel,
             strain=motion.strain,
             dt_s=motion.dt_s,
-            static=static_of(channel),
+            respond=respond_of(channel),
             largest=motion.largest,
             start_s=motion.start_s,
             temp_c=motion.temp_c,

@@ -21,6 +21,8 @@ Floats = NDArray[np.float64]
 FORM_MARGIN = 0.015
 RETUNE_SHARE = 0.6
 RETUNE_CORRELATION = 0.8
+# Mechanisms with memory of the channel's own motion: a simulator's own trace of them can be told.
+RETUNABLE = {"hysteresis", "relaxation", "softening", "overshoot", "lag"}
 FLIPS = 999
 
 ADVICE = {
@@ -260,6 +262,8 @@ def _kind(
     smooth: Floats,
 ) -> str:
     """ "retune" where the simulator shows the mechanism already, and the gap is parallel to it."""
+    if name not in RETUNABLE:
+        return "add"
     votes = []
     for number in active:
         channel, fit = channels[number], search.fits[number]

@@ -91,8 +91,8 @@ class Nominal:
     """One channel as a simulator without the effect says it, for the effect to leave its trace in.
 
     ``codes``: (samples, channels) noiseless nominal codes of all channels; ``channel``: which is
-    meant. ``strain``: (samples,) share of the range; ``static(strain)``: codes that the channel
-    would settle at. ``start_s``: time of the first sample since the experiment began;
+    meant. ``strain``: (samples,) share of the range; ``respond(strain)``: codes that the channel
+    would give for another strain. ``start_s``: time of the first sample since the experiment began;
     ``largest``: (samples,) largest strain so far.
     """
 
@@ -100,7 +100,7 @@ class Nominal:
     channel: int
     strain: Floats
     dt_s: float
-    static: Callable[[Floats], Floats]
+    respond: Callable[[Floats], Floats]
     largest: Floats
     start_s: float = 0.0
     temp_c: Floats | None = None

@@ -20,13 +20,13 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """What the channel settles at for the played strain less that for the strain, weight 1."""
-    at_rest = nominal.static(nominal.strain)
+    """What the channel says of the played strain less what it says of the strain, weight 1."""
+    moved = nominal.respond(nominal.strain)
     result = []
     for width in np.geomspace(0.004, 0.3, 22):
         played = play(nominal.strain[:, None], np.array([width]), nominal.strain[:1].copy())[:, 0]
         values = {"width": float(width)}
-        column = (nominal.static(played) - at_rest)[:, None]
+        column = (nominal.respond(played) - moved)[:, None]
         result.append(Candidate(column, values, "play", fixed=True))
     return result
 

@@ -95,12 +95,14 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """Play operators of several widths, of the signal and of the strain (Prandtl-Ishlinskii)."""
     result = []
-    for widths in ((0.04, 0.12, 0.35, 0.8), (0.1, 0.25, 0.6)):
+    for widths in ((0.03, 0.08, 0.18, 0.35, 0.6, 0.95), (0.1, 0.25, 0.6)):
         width = np.array(widths)
+        both = []
         for base in (nominal.share, nominal.strain):
             signal = np.repeat(base[:, None], len(width), axis=1)
-            columns = play(signal, width, signal[0].copy()) - signal
-            result.append(Candidate(columns * nominal.span, {}, "prandtl-ishlinskii"))
+            both.append((play(signal, width, signal[0].copy()) - signal) * nominal.span)
+            result.append(Candidate(both[-1], {}, "prandtl-ishlinskii"))
+        result.append(Candidate(np.concatenate(both, axis=1), {}, "prandtl-ishlinskii"))
     return result
 
 

@@ -1,0 +1,221 @@
+"""The diagnosis: right on cases whose truth is known, and silent where there is nothing."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import softsense as ss
+from softsense.cli.main import main
+from softsense.diagnose import augment, diagnose
+from softsense.effects import all_effects
+from softsense.errors import SoftsenseError
+from softsense.recording import FrontEnd, Recording
+from softsense.simulate.motion import random_motion
+
+RATE_HZ = 20.0
+SAMPLES = 6000
+
+
+def clean(seed: int, samples: int = SAMPLES, start: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    """Strain share (samples,) and noiseless nominal codes (samples, 4), one physics for all."""
+    from scipy.signal import lfilter
+
+    x = random_motion(samples + start, 1 / RATE_HZ, seed)[start:]
+    rng = np.random.default_rng(99)
+    columns = []
+    for _ in range(4):
+        s = x + rng.uniform(-0.3, 0.4) * x**2
+        slow = lfilter([0.02], [1, -0.98], s)
+        columns.append(
+            rng.uniform(1300, 1800)
+            + rng.choice([-1, 1]) * rng.uniform(500, 900) * (s + 0.2 * (slow - s))
+        )
+    return x, np.stack(columns, axis=1)
+
+
+def recorded(x: np.ndarray, codes: np.ndarray, seed: int, noise: float = 1.3) -> Recording:
+    noisy = codes + np.random.default_rng(seed).normal(0.0, noise, codes.shape)
+    names = tuple(f"s{i + 1}" for i in range(codes.shape[1]))
+    return Recording(
+        "made",
+        names,
+        np.clip(np.rint(noisy), 0, 4095).astype(np.int32),
+        ("strain",),
+        ("1",),
+        0.4 * x[:, None],
+        np.arange(len(x)) / RATE_HZ,
+        tuple(FrontEnd("codes", 12) for _ in names),
+    )
+
+
+def hide(x: np.ndarray, codes: np.ndarray, effect: str, seed: int = 0) -> np.ndarray:
+    """Codes with an effect in them that is written here, not taken from the catalogue."""
+    t = np.arange(len(x)) / RATE_HZ
+    made = codes.copy()
+    if effect == "drift":
+        made[:, :2] += 25.0 * (1.0 - np.exp(-((t / 120.0) ** 0.7)))[:, None]
+    elif effect == "delay":
+        index = np.arange(len(x))
+        made = np.stack([np.interp(index - 1.6, index, c) for c in codes.T], axis=1)
+    elif effect == "step":
+        made[t > 171.0, 1] -= 14.0
+    elif effect == "crosstalk":
+        made[:, 2] += 0.06 * (codes[:, 1] - codes[:, 2])
+    elif effect == "spikes":
+        rng = np.random.default_rng(seed)
+        hit = rng.random(len(x)) < 0.004
+        made[hit, 0] += 60.0 * rng.choice([-1, 1], hit.sum())
+    elif effect == "interference":
+        made[:, 3] += 7.0 * np.sin(2 * np.pi * 6.3 * t)
+    elif effect == "noise":
+        made[:, 1] += np.random.default_rng(seed).normal(0.0, 9.0, len(x))
+    elif effect == "overshoot":
+        from scipy.signal import lfilter
+
+        speed = np.abs(np.gradient(x)) * RATE_HZ
+        made[:, 0] += 60.0 * lfilter([0.15], [1, -0.85], speed)
+    return made
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_alone_is_no_gap(seed: int) -> None:
+    x, codes = clean(seed)
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes, 2, noise=2.0))
+    assert not result.data["gap"]["present"]
+    assert result.effects == ()
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+@pytest.mark.parametrize(
+    ("effect", "channels"),
+    [
+        ("drift", ["s1", "s2"]),
+        ("delay", ["s1", "s2", "s3", "s4"]),
+        ("step", ["s2"]),
+        ("crosstalk", ["s3"]),
+        ("spikes", ["s1"]),
+        ("interference", ["s4"]),
+        ("noise", ["s2"]),
+        ("overshoot", ["s1"]),
+    ],
+)
+def test_a_hidden_effect_is_named_with_its_channels(effect: str, channels: list[str]) -> None:
+    x, codes = clean(5)
+    result = diagnose(recorded(x, codes, 1), recorded(x, hide(x, codes, effect), 2))
+    assert result.effects == (effect,)
+    assert result.data["gap"]["present"]
+    found = result.data["effects"][0]
+    assert found["channels"] == channels
+    assert found["kind"] == "add"
+    if effect == "step":
+        assert abs(result.data["where"]["onset_s"] - 171.0) < 5.0
+    if effect in ("drift", "delay", "crosstalk", "overshoot"):
+        assert result.data["after"]["shrink"] > 0.9
+        low, high = result.data["after"]["shrink_ci95"]
+        assert low <= result.data["after"]["shrink"] <= high
+        assert result.data["after"]["rmse_codes"] < 0.5 * result.data["gap"]["rmse_codes"]
+
+
+def test_two_effects_are_both_named() -> None:
+    x, codes = clean(7)
+    both = hide(x, hide(x, codes, "drift"), "delay")
+    result = diagnose(recorded(x, codes, 1), recorded(x, both, 2))
+    assert set(result.effects) == {"drift", "delay"}
+
+
+def test_the_diagnosed_effect_carries_over_to_another_motion() -> None:
+    x, codes = clean(5)
+    result = diagnose(recorded(x, codes, 1), recorded(x, hide(x, codes, "delay"), 2))
+    x2, codes2 = clean(31, 3000)
+    sim2, real2 = recorded(x2, codes2, 3), recorded(x2, hide(x2, codes2, "delay"), 4)
+    made = augment(result, sim2)
+    before = np.sqrt(np.mean((real2.codes - sim2.codes) ** 2.0))
+    after = np.sqrt(np.mean((real2.codes - made.codes) ** 2.0))
+    assert after < 0.3 * before
+
+
+def test_an_effect_withheld_from_the_catalogue_is_not_named() -> None:
+    x, codes = clean(5)
+    pair = recorded(x, codes, 1), recorded(x, hide(x, codes, "delay"), 2)
+    assert "delay" not in diagnose(*pair, without=("delay",)).effects
+
+
+def test_the_labelled_examples(shared: Path) -> None:
+    truth = json.loads((shared / "gapcases" / "truth.json").read_text())
+    for name, case in truth.items():
+        folder = shared / "gapcases" / name
+        sim, real = (ss.read(folder / f"{kind}1.csv") for kind in ("sim", "real"))
+        result = diagnose(sim, real)
+        assert list(result.effects) == case["effects"]
+        for effect in result.data["effects"]:
+            assert effect["channels"] == case["channels"][effect["name"]]
+        if case["effects"]:
+            sim2, real2 = (ss.read(folder / f"{kind}2.csv") for kind in ("sim", "real"))
+            made = augment(result, sim2)
+            before = np.mean((real2.codes - sim2.codes) ** 2.0)
+            assert np.mean((real2.codes - made.codes) ** 2.0) < 0.2 * before
+
+
+def test_commands_and_files(tmp_path: Path, capsys) -> None:
+    x, codes = clean(5)
+    ss.write(recorded(x, codes, 1), tmp_path / "sim.csv")
+    ss.write(recorded(x, hide(x, codes, "drift"), 2), tmp_path / "real.csv")
+    out = tmp_path / "gap"
+    pair = [str(tmp_path / "sim.csv"), str(tmp_path / "real.csv")]
+    assert main(["diagnose", *pair, "-o", str(out), "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data == json.loads((out / "diagnosis.json").read_text())
+    assert data["schema"] == "softsense.diagnosis/1"
+    assert set(data) == {
+        "schema", "gap", "where", "effects", "unexplained", "confusable", "after", "advice",
+    }  # fmt: skip
+    assert {effect["name"] for effect in data["effects"]} <= set(all_effects())
+    assert len((out / "report.html").read_text()) > 5000
+    assert len(ss.read(out / "augmented.csv")) == SAMPLES
+    assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 0
+    assert "drift" in capsys.readouterr().out
+    assert main(["diagnose", *pair, "-o", str(out)]) == 0
+    said = capsys.readouterr().out
+    assert "drift is missing on s1, s2" in said
+    (out / "augmentation.json").write_text("{")
+    assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 1
+    assert "not a whole diagnosis" in capsys.readouterr().err
+
+
+def test_recordings_that_do_not_belong_together_are_refused() -> None:
+    x, codes = clean(1)
+    sim, real = recorded(x, codes, 1), recorded(x, codes, 2)
+    dead = real.codes.copy()
+    dead[:, 2] = 7
+    clipped = real.codes.copy()
+    clipped[:3000, 1] = 4095
+    assert sim.t_s is not None
+    for wrong, words in (
+        (replace(real, codes=dead), "'s3' is dead"),
+        (replace(real, codes=clipped), "'s2' is clipped"),
+        (replace(real, sensors=("a", "b", "c", "d")), "no sensor is in both"),
+        (replace(real, t_s=sim.t_s * 2), "rates differ"),
+        (replace(real, target=real.target[::-1]), "motions differ"),
+        (real.rows(slice(0, 200)), "too few"),
+    ):
+        with pytest.raises(SoftsenseError, match=words):
+            diagnose(sim, wrong)
+
+
+def test_every_effect_that_explains_says_finite_columns() -> None:
+    from softsense.diagnose.nominal import motion_of, nominals
+
+    x, codes = clean(2, 1500)
+    sim = recorded(x, codes, 1)
+    motion = motion_of(sim, 0.0, 0.4, 0.0, 0.0)
+    nominal = nominals(codes, motion, 12)[0]
+    for name, effect in all_effects().items():
+        for candidate in effect.explain(nominal) if effect.explain else ():
+            assert candidate.columns.shape[0] == len(x), name
+            assert np.isfinite(candidate.columns).all(), name
+            assert not candidate.fixed or candidate.columns.shape[1] == 1, name
