@@ -20,7 +20,7 @@ from softsense.onnx_file import float_model, int_model
 from softsense.quantise import Quantised, quantise
 from softsense.recording import Recording, Split, split
 from softsense.report import Table
-from softsense.report.building import Estimates, write_build_report
+from softsense.report.building import Estimates, write_build_report, write_export_report
 from softsense.select import Ranking, Selection, rank, select
 from softsense.train import Fit, fit
 from softsense.verify import Verification, verify
@@ -234,6 +234,10 @@ def generate_export(
     buffer = io.BytesIO()
     np.savez_compressed(buffer, codes=estimator.codes.astype(np.int16))
     written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
+    difference = estimator.predict(estimator.codes) - estimator.mlp.predict(estimator.codes)
+    units = [output.unit for output in estimator.network.outputs]
+    name, verdict = estimator.network.name, estimator.quantised.verdict()
+    written.append(write_export_report(out, name, verdict, difference, units, costs)[0])
     files = tuple(sorted(path.name for path in written))
     manifest = _manifest(estimator.quantised, costs, files)
     if fallbacks:

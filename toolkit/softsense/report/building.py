@@ -118,17 +118,50 @@ def write_build_report(
             )
         )
     if costs:
-        figures.append(
-            Figure(
-                "cost",
-                "Flash per target",
-                "Code and constants of the generated C, gcc -O2.",
-                charts.bars([c.target for c in costs], [float(c.flash) for c in costs], "bytes"),
-            )
-        )
+        figures.append(_cost_figure(costs))
     header = next(iter(sorted(out.glob("*_vectors.h"))), None)
     code = "" if header is None else Path(str(header).replace("_vectors.h", ".h")).read_text()
     return write_page(out, f"{recording.name}: estimator", lead, figures, tables, code)
+
+
+def write_export_report(
+    out: Path,
+    name: str,
+    verdict: str,
+    difference: Floats,
+    units: Sequence[str],
+    costs: Sequence[Cost],
+) -> list[Path]:
+    """The short report of an export: ``difference`` (samples, outputs), fixed - float per code."""
+    figures = [
+        Figure(
+            f"fixed_{index}",
+            f"output {index}: fixed point against float",
+            "What the integers change, code by code.",
+            charts.lines(
+                np.arange(float(len(difference))),
+                [charts.Line(difference[:, index], "fixed - float")],
+                "sample",
+                unit,
+            ),
+        )
+        for index, unit in enumerate(units)
+    ]
+    if costs:
+        figures.append(_cost_figure(costs))
+    rows = [(c.target, str(c.flash), str(c.ram), str(c.stack)) for c in costs]
+    table = Table("cost in bytes", ("core", "flash", "static RAM", "stack"), rows)
+    code = (out / f"{name}.h").read_text()
+    return write_page(out, f"{name}: export", verdict, figures, [table], code)
+
+
+def _cost_figure(costs: Sequence[Cost]) -> Figure:
+    return Figure(
+        "cost",
+        "Flash per target",
+        "Code and constants of the generated C, gcc -O2.",
+        charts.bars([c.target for c in costs], [float(c.flash) for c in costs], "bytes"),
+    )
 
 
 def _error_by_value(truth: Floats, error: Floats, label: str) -> str:
