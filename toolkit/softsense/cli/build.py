@@ -92,6 +92,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
     else:
         for title, header, rows in result.tables():
             console.table(header, rows, title=title)
+        print(result.export.quantised.verdict())
         print(f"files: {result.out}")
         print(f"report: {result.out / 'report.html'}")
     return 0 if result.good else 3
