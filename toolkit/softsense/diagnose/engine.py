@@ -32,7 +32,8 @@ WEIGHT_PRICE = 12.0
 CHANNEL_GAIN = 0.25
 STATIC_PRICE = 0.5
 FIRST_SHARE = 0.15
-NEXT_SHARE = 0.25
+NEXT_SHARE = 0.5
+NEXT_GAIN = 1.5
 SIMILAR = 0.05
 UNKNOWN_SHARE = 0.35
 MOST_EFFECTS = 3
@@ -413,9 +414,10 @@ def _search(channels: Sequence[_Channel]) -> Search:
                 best.total < before and raw - floor > 0.5 * floor
             )
         else:
-            worthwhile = (total - best.total) > NEXT_SHARE * excess and (
-                total - best.total
-            ) > 0.02 * max(raw - floor, 1.0)
+            gained = total - best.total
+            worthwhile = gained > NEXT_SHARE * excess and gained > NEXT_GAIN * len(
+                best.channels
+            ) * len(channels[0].residual)
         if not worthwhile:
             break
         steps.append(best)

@@ -91,7 +91,7 @@ def tell(
         "effects": effects,
         "unexplained": {
             "share": _left_share(channels, search) if present or search.unknown else 0.0,
-            "unknown_effect": bool(search.unknown and not _explains(found)),
+            "unknown_effect": bool(search.unknown and not found),
         },
         "confusable": [
             [effect["name"], other["name"]]
@@ -104,7 +104,7 @@ def tell(
             "shrink_ci95": interval,
             "estimator_rmse": estimators[2],
         },
-        "advice": _advice(effects, search.unknown),
+        "advice": _advice(effects, search.unknown and not found),
     }
     if search.unknown and not present:
         data["gap"]["present"] = True
@@ -118,10 +118,6 @@ def tell(
         largest=float(motion.largest[-1]),
         augmented=augmented,
     )
-
-
-def _explains(found: Sequence[Finding]) -> bool:
-    return any(finding.name == "random_walk" for finding in found)
 
 
 def _traces(channels: Sequence[engine._Channel], search: engine.Search) -> tuple[engine.Trace, ...]:
@@ -438,13 +434,15 @@ def _estimators(sim: Recording, real: Recording, augmented: Floats) -> tuple[flo
 def _advice(effects: Sequence[dict[str, Any]], unknown: bool) -> list[str]:
     result = []
     for effect in effects:
+        by_experiment: dict[str, list[str]] = {}
         for other in effect["alternatives"]:
             pair = frozenset({effect["name"], other["name"]})
-            what = ADVICE.get(pair, GENERAL)
-            result.append(f"to tell {effect['name']} from {other['name']}: {what}")
+            by_experiment.setdefault(ADVICE.get(pair, GENERAL), []).append(other["name"])
+        for what, others in by_experiment.items():
+            result.append(f"to tell {effect['name']} from {', '.join(others)}: {what}")
     if unknown:
         result.append(
             "part of the gap follows no effect of the catalogue: look at the residual over time "
             "and strain in the report, and for loads or contacts that nobody logged"
         )
-    return list(dict.fromkeys(result))
+    return result
