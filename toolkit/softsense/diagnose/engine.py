@@ -415,9 +415,9 @@ def _search(channels: Sequence[_Channel]) -> Search:
             )
         else:
             gained = total - best.total
-            worthwhile = gained > NEXT_SHARE * excess and gained > NEXT_GAIN * len(
-                best.channels
-            ) * len(channels[0].residual)
+            # What a form that is only nearly right leaves over is small beside what it closed.
+            least = NEXT_GAIN * len(best.channels) * len(channels[0].residual)
+            worthwhile = gained > max(NEXT_SHARE * excess, least, 0.01 * (raw - floor))
         if not worthwhile:
             break
         steps.append(best)
