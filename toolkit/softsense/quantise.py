@@ -59,7 +59,7 @@ class Quantised:
 
     ``network.accuracy`` holds the worst |fixed - float|; ``share`` is its largest, as a share of
     full scale; ``reached`` says whether that is at most ``tolerance`` (1/8192). ``table_error``:
-    worst |table - tanh|.
+    worst |table - tanh| over all arguments that occur.
     """
 
     network: IntNetwork
@@ -146,7 +146,7 @@ def quantise(
         worst / output.full_scale
         for worst, output in zip(network.accuracy.worst, network.outputs, strict=True)
     ]
-    error = 0.0 if network.table is None else table_error(network.table)
+    error = _table_error(network)
     return Quantised(network, max(shares), max(shares) <= tolerance, tolerance, error)
 
 
@@ -635,6 +635,19 @@ def _search(
                 seeds[better], best[better] = moved[better], found[better]
 
 
+def _table_error(network: IntNetwork) -> float:
+    """Worst |table - tanh| for every argument that some unit can have within the box."""
+    if network.table is None:
+        return 0.0
+    needed = 0.0
+    for layer, proof in zip(network.layers, bounds.prove(network), strict=True):
+        if layer.activation == "tanh":
+            unit = network.table.step / 2.0 ** (16 + layer.fine)
+            ends = np.abs(np.array(proof.total) * unit - network.table.reach)
+            needed = max(needed, float(ends.max()))
+    return table_error(network.table, needed)
+
+
 def _proved_bound(plain: list[_Affine], network: IntNetwork) -> Floats:
     """|fixed - float| over the whole box, by adding up every rounding (no search).
 
@@ -646,7 +659,7 @@ def _proved_bound(plain: list[_Affine], network: IntNetwork) -> Floats:
     high = np.array([float(i.high) for i in network.inputs])
     miss = np.zeros(len(low))
     unit, zero = 1.0, 0.0
-    table_miss = 0.0 if network.table is None else table_error(network.table)
+    table_miss = _table_error(network)
     for layer, meant in zip(network.layers, plain, strict=True):
         if layer.activation == "tanh":
             assert network.table is not None
