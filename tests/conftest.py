@@ -10,6 +10,10 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 SHARED = ROOT.parent / "shared"
+BROWSER_OPTIONS = (
+    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run "
+    "--disable-background-networking --disable-component-update --disable-sync"
+).split()
 
 
 def skip_or_fail(reason: str) -> None:
@@ -38,3 +42,21 @@ def shared():
     if not SHARED.is_dir():
         skip_or_fail(f"{SHARED} is not there: the real recordings are not part of this repository")
     return SHARED
+
+
+@pytest.fixture(scope="session")
+def browser():
+    """A headless Chromium (selenium's driver) that keeps its console's messages."""
+    from selenium import webdriver
+    from selenium.webdriver.chrome.service import Service
+
+    if not (shutil.which("chromium") and shutil.which("chromedriver")):
+        skip_or_fail("chromium and chromedriver are not installed")
+    options = webdriver.ChromeOptions()
+    for option in BROWSER_OPTIONS:
+        options.add_argument(option)
+    options.binary_location = str(shutil.which("chromium"))
+    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
+    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
+    yield driver
+    driver.quit()

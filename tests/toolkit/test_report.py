@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from softsense.report import Figure, Table, charts, write_page
 
 EVIL = "<script>document.title='broken'</script>"
-OPTIONS = (
-    "--headless=new --no-sandbox --disable-gpu --disable-quic --no-first-run "
-    "--disable-background-networking --disable-component-update --disable-sync"
-).split()
 
 
 def page(folder: Path) -> Path:
@@ -36,25 +30,6 @@ def page(folder: Path) -> Path:
     ]
     table = Table(EVIL, ("name", "value"), [(EVIL, "1")])
     return write_page(folder, EVIL, EVIL, figures, [table], code=EVIL)[0]
-
-
-@pytest.fixture(scope="module")
-def browser():
-    from selenium import webdriver
-    from selenium.webdriver.chrome.service import Service
-
-    if not (shutil.which("chromium") and shutil.which("chromedriver")):
-        from conftest import skip_or_fail
-
-        skip_or_fail("chromium and chromedriver are not installed")
-    options = webdriver.ChromeOptions()
-    for option in OPTIONS:
-        options.add_argument(option)
-    options.binary_location = str(shutil.which("chromium"))
-    options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    driver = webdriver.Chrome(options=options, service=Service(shutil.which("chromedriver")))
-    yield driver
-    driver.quit()
 
 
 def test_it_works_in_a_browser(tmp_path: Path, browser) -> None:
