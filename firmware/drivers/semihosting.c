@@ -5,23 +5,35 @@
 enum { SYS_OPEN = 0x01, SYS_READ = 0x06, SYS_SEEK = 0x0A, SYS_FLEN = 0x0C };
 enum { MODE_READ_BINARY = 1, LONGEST_ROW = 2 * 64 };
 
+#if defined(__riscv)
+/* The three instructions are the call; they must be uncompressed and lie in one page. */
+__asm(".pushsection .text.semihosting_call, \"ax\", @progbits\n"
+      ".option push\n"
+      ".balign 16\n"
+      ".option norvc\n"
+      ".type semihosting_call, @function\n"
+      "semihosting_call:\n"
+      "slli zero, zero, 0x1f\n"
+      "ebreak\n"
+      "srai zero, zero, 7\n"
+      "ret\n"
+      ".option pop\n"
+      ".popsection");
+int32_t semihosting_call(uint32_t operation, const uint32_t parameters[]);
+
 static int32_t call(uint32_t operation, const uint32_t parameters[])
 {
-#if defined(__riscv)
-    register uintptr_t a0 __asm("a0") = operation;
-    register uintptr_t a1 __asm("a1") = (uintptr_t)parameters;
-    /* The three instructions must lie in one page. */
-    __asm volatile(".option push\n\t.option norvc\n\t.balign 16\n\t"
-                   "slli zero, zero, 0x1f\n\tebreak\n\tsrai zero, zero, 7\n\t.option pop"
-                   : "+r"(a0) : "r"(a1) : "memory");
-    return (int32_t)a0;
+    return semihosting_call(operation, parameters);
+}
 #else
+static int32_t call(uint32_t operation, const uint32_t parameters[])
+{
     register uintptr_t r0 __asm("r0") = operation;
     register uintptr_t r1 __asm("r1") = (uintptr_t)parameters;
     __asm volatile("bkpt 0xAB" : "+r"(r0) : "r"(r1) : "memory");
     return (int32_t)r0;
-#endif
 }
+#endif
 
 bool semihosting_convert(uint32_t conversion, uint8_t count, int16_t codes[])
 {

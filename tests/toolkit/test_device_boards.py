@@ -1,0 +1,42 @@
+"""Every emulated board: its own converter, its clock, and sleep that misses nothing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from softsense.device import Device, Emulator, boards
+from softsense.device.board import board_names
+from softsense.device.transport import Line, now_s
+
+MODEL = Path(__file__).resolve().parents[1] / "firmware" / "model"
+RATE_HZ = 100
+
+
+@pytest.mark.parametrize("name", board_names())
+def test_a_board_estimates_its_own_samples(name: str, tool) -> None:
+    board = next(board for board in boards() if board.name == name)
+    tool(board.compiler)
+    if board.run[0] != "{program}":
+        tool(board.run[0])
+    t = np.arange(300)
+    adc = np.stack([1000 + 5 * t, 3000 - 4 * t, 500 + 3 * t], axis=1).astype(np.int16)
+    with Emulator(MODEL, name, adc=adc) as emulator, Device(Line(emulator.port)) as device:
+        device.stream(RATE_HZ)
+        started = now_s()
+        seen = [sample for sample, _ in zip(device.watch(), range(50), strict=False)]
+        seconds = now_s() - started
+        device.stream(0)
+        statistics = device.statistics()
+    assert [sample.conversion for sample in seen] == list(range(50))
+    for sample in seen:
+        assert sample.codes == tuple(adc[sample.conversion])
+        x0, x1, _ = (int(code) for code in sample.codes)
+        assert sample.estimate == (3 * x0 - 5 * x1 + x0 * x1 // 16,)
+    # A board that comes late skips samples; one whose clock is wrong is off by far more than this.
+    assert np.diff([sample.time_us for sample in seen]).min() == 1_000_000 // RATE_HZ
+    assert 0.5 < seconds * RATE_HZ / 50 < 5
+    assert statistics["overrun"] == 0
+    assert statistics["damaged"] == 0
