@@ -208,12 +208,12 @@ def test_recordings_that_do_not_belong_together_are_refused() -> None:
 
 
 def test_every_effect_that_explains_says_finite_columns() -> None:
-    from softsense.diagnose.nominal import motion_of, nominals
+    from softsense.diagnose.nominal import motion_of, nominals, reference_of
 
     x, codes = clean(2, 1500)
     sim = recorded(x, codes, 1)
-    motion = motion_of(sim, 0.0, 0.4, 0.0, 0.0)
-    nominal = nominals(codes, motion, 12)[0]
+    motion = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None)
+    nominal = nominals(codes, motion, 12, reference_of(codes, motion))[0]
     for name, effect in all_effects().items():
         for candidate in effect.explain(nominal) if effect.explain else ():
             assert candidate.columns.shape[0] == len(x), name

@@ -21,16 +21,27 @@ Random = np.random.Generator
 
 DT_S = 0.05
 SAMPLES = 8000
+# Of the second recording, of another motion, and of the move between that nobody records.
+LATER = 4000
+BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
 
 
 @dataclass(frozen=True)
 class Case:
-    """A simulated and a real recording, and the truth: channels (0, 1, …) by effect."""
+    """Simulated and real recordings of two motions, and the truth: channels (0, 1, …) by effect.
+
+    ``change``: (SAMPLES, channels) codes that the hidden effects add. ``floors``: (channels,) rms
+    of the difference of two recordings where nothing is hidden.
+    """
 
     sim: Recording
     real: Recording
+    sim2: Recording
+    real2: Recording
+    change: Floats
+    floors: Floats
     truth: dict[str, tuple[int, ...]]
     excitation: str
     onset_s: float | None
@@ -77,16 +88,24 @@ def low_pass(u: Floats, tau_s: float, poles: int = 1) -> Floats:
     return u
 
 
-def sensors(rng: Random, x: Floats, channels: int) -> tuple[Floats, Floats]:
-    """(samples, channels) noiseless codes and dimensionless signals of nominal sensors."""
+def sensors(
+    rng: Random, x: Floats, channels: int, more: dict[str, float] | None = None
+) -> tuple[Floats, Floats]:
+    """(samples, channels) noiseless codes and dimensionless signals of nominal sensors.
+
+    ``more``: factors on the nominal parameters, which are 1.
+    """
+    factor = {"relaxation": 1.0, "tau": 1.0, "overshoot": 1.0} | (more or {})
     y = x / 0.4
     signals = []
     for _ in range(channels):
         s = rng.uniform(0.3, 1.2) * (y + rng.uniform(-0.3, 0.5) * y**2)
-        s = s + rng.uniform(0.05, 0.3) * (low_pass(s, rng.uniform(1.0, 4.0)) - s)
+        share, tau_s = rng.uniform(0.05, 0.3), rng.uniform(1.0, 4.0)
+        s = s + factor["relaxation"] * share * (low_pass(s, factor["tau"] * tau_s) - s)
         s = s + rng.uniform(0.02, 0.15) * (low_pass(s, rng.uniform(8.0, 40.0)) - s)
         speed = np.abs(np.gradient(y)) / DT_S
-        signals.append(s + rng.uniform(0.0, 0.05) * low_pass(speed, rng.uniform(0.2, 0.6)))
+        size = factor["overshoot"] * rng.uniform(0.0, 0.05)
+        signals.append(s + size * low_pass(speed, rng.uniform(0.2, 0.6)))
     s = np.stack(signals, axis=1)
     base = rng.uniform(1300.0, 1800.0, channels)
     gain = rng.choice([-1.0, 1.0], channels) * rng.uniform(500.0, 900.0, channels)
@@ -193,14 +212,22 @@ NAMES = (
     "hysteresis relaxation softening overshoot drift random_walk gain step backlash delay lag "
     "saturation adc_nonlinearity crosstalk interference spikes noise"
 ).split()
+# Mechanisms that no catalogue entry describes; the last one for the held-out half only.
+FOREIGN = ("contact", "load", "sticking", "ringing")
+# Parameters that the simulator has, and may have wrong.
+RETUNED = ("relaxation", "tau", "overshoot")
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
-    """A case with the hidden effects ``names``, each 3 to 30 times the noise."""
-    rng = np.random.default_rng([seed, int(held_out)])
+    """A case with the hidden effects ``names``, each 3 to 30 times the noise.
+
+    A name may be of ``NAMES``, of ``FOREIGN``, or ``retune:`` and one of ``RETUNED``.
+    """
+    rng = np.random.default_rng([seed, 2 * int(held_out)])
     channels = int(rng.integers(3, 8))
-    x = motion(rng, SAMPLES, excitation)
-    t = np.arange(SAMPLES) * DT_S
+    earlier, later = motion(rng, SAMPLES, excitation), motion(rng, LATER, excitation)
+    x = np.concatenate([earlier, np.linspace(earlier[-1], later[0], BETWEEN), later])
+    t = np.arange(len(x)) * DT_S
     physics = int(rng.integers(2**31))
     nominal, signals = sensors(np.random.default_rng(physics), x, channels)
     noise = rng.uniform(0.7, 2.2, channels)
@@ -210,40 +237,94 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
         some = rng.choice(channels, int(rng.integers(1, channels + 1)), replace=False)
         everywhere = name in WIDE or rng.random() < 0.4
         chosen = np.arange(channels) if everywhere else np.sort(some)
-        truth[name] = tuple(int(c) for c in chosen)
         size = float(np.exp(rng.uniform(np.log(3.0), np.log(30.0))))
         stream = int(rng.integers(2**31))
         # Of two or three families the last is for the held-out half alone.
         family = 2 if held_out and rng.random() < 0.6 else int(rng.integers(2))
-        if name in WIDE:
+        if name in WIDE or name.startswith("retune:"):
+            truth[name] = tuple(range(channels))
             real += _moved(name, size, x, physics, channels, noise, nominal)
             continue
+        truth[name] = tuple(int(c) for c in chosen)
         if name == "step":
             onset = float(rng.uniform(80.0, 320.0))
         for c in chosen:
             own = np.random.default_rng(stream)
-            change = _change(name, family, own, size * noise[c], c, real, signals, x, t, onset)
+            if name in FOREIGN:
+                change = _foreign(name, own, signals[:, c], real[:, c], x)
+                change *= size * noise[c] / _rms(change)
+            else:
+                change = _change(name, family, own, size * noise[c], c, real, signals, x, t, onset)
             real[:, c] += change
     names_ = tuple(f"s{c + 1}" for c in range(channels))
 
-    def recorded(codes: Floats, stream: int) -> Recording:
+    def recorded(codes: Floats, stream: int, part: slice) -> Recording:
         noisy = codes + np.random.default_rng([seed, stream]).normal(size=codes.shape) * noise
         return Recording(
             f"case{seed}",
             names_,
-            np.clip(np.rint(noisy), 0, 4095).astype(np.int32),
+            np.clip(np.rint(noisy[part]), 0, 4095).astype(np.int32),
             ("strain",),
             ("1",),
-            x[:, None],
-            t,
+            x[part, None],
+            t[: part.stop - part.start],
             tuple(FrontEnd("codes", 12) for _ in names_),
         )
 
-    return Case(recorded(nominal, 1), recorded(real, 2), truth, excitation, onset)
+    first, second = slice(0, SAMPLES), slice(SAMPLES + BETWEEN, len(x))
+    return Case(
+        recorded(nominal, 1, first),
+        recorded(real, 2, first),
+        recorded(nominal, 3, second),
+        recorded(real, 4, second),
+        (real - nominal)[first],
+        # Rounding adds the twelfth of a code squared, twice.
+        np.sqrt(2.0 * noise**2 + 1.0 / 6.0),
+        truth,
+        excitation,
+        onset,
+    )
+
+
+def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Floats:
+    """(samples,) what a mechanism outside any catalogue adds, of any size."""
+    n = len(x)
+    if name == "contact":  # comes and goes at random
+        out = np.zeros(n)
+        at = int(rng.exponential(20.0) / DT_S)
+        while at < n:
+            length = max(int(rng.exponential(3.0) / DT_S), 4)
+            out[at : at + length] = 0.5 + rng.uniform(0.0, 1.0) * s[at : at + length]
+            at += length + int(rng.exponential(20.0) / DT_S)
+        return out
+    if name == "load":  # leans on the sensor now and then
+        t = np.arange(n) * DT_S
+        centres = rng.uniform(0.0, t[-1], int(rng.integers(10, 30)))
+        widths = rng.uniform(0.5, 3.0, len(centres))
+        sizes = rng.normal(size=len(centres))
+        bumps = np.exp(-0.5 * ((t[:, None] - centres) / widths) ** 2)
+        return np.asarray(bumps @ sizes)
+    if name == "sticking":  # the reading hangs for a while
+        seen = own.copy()
+        at = int(rng.exponential(8.0) / DT_S)
+        while at < n:
+            length = int(rng.uniform(1.0, 4.0) / DT_S)
+            seen[at : at + length] = seen[at]
+            at += length + int(rng.exponential(8.0) / DT_S)
+        return seen - own
+    # ringing after some of the reversals
+    rate = np.gradient(x)
+    turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
+    hit = np.zeros(n)
+    if len(turns):
+        hit[rng.choice(turns, max(len(turns) // 3, 1), replace=False)] = 1.0
+    wave = np.exp(-np.arange(60) * DT_S / 0.6) * np.sin(2.0 * np.pi * 1.7 * np.arange(60) * DT_S)
+    return np.asarray(fftconvolve(hit, wave)[:n])
 
 
 def _rms(values: Floats) -> float:
-    return float(np.sqrt(np.mean(values**2)))
+    """Of the first recording."""
+    return float(np.sqrt(np.mean(values[:SAMPLES] ** 2)))
 
 
 def _moved(
@@ -255,20 +336,27 @@ def _moved(
     noise: Floats,
     nominal: Floats,
 ) -> Floats:
-    """The same sensors under a moved clock or a drive with play, as large as asked."""
+    """The same sensors under a moved clock, a drive with play, or with other parameters.
+
+    As large as asked, or as large as such a change gets.
+    """
     low, high = 1e-4, 1.0
     index = np.arange(len(x))
     change = np.zeros_like(nominal)
     for _ in range(18):
         middle = float(np.sqrt(low * high))
+        seen, more = x, None
         if name == "delay":
             seen = np.interp(index - middle / DT_S, index, x)
-        else:
+        elif name == "backlash":
             seen, z = np.empty_like(x), x[0]
             for k, value in enumerate(x):
                 z = min(max(z, value - 0.2 * middle), value + 0.2 * middle)
                 seen[k] = z
-        change = sensors(np.random.default_rng(physics), seen, channels)[0] - nominal
+        else:
+            more = {name.removeprefix("retune:"): 1.0 + 4.0 * middle}
+        rng = np.random.default_rng(physics)
+        change = sensors(rng, seen, channels, more)[0] - nominal
         ratio = float(np.median([_rms(change[:, c]) / noise[c] for c in range(channels)]))
         low, high = (middle, high) if ratio < size else (low, middle)
     return change

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import io
 import json
 from dataclasses import replace
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 
-from softsense.diagnose.engine import Diagnosis, Trace, diagnose
+from softsense.diagnose.engine import Diagnosis, Past, Trace, diagnose
 from softsense.errors import SoftsenseError
 from softsense.recording import Recording
 from softsense.recording import write as write_recording
 from softsense.report import Figure, Table, charts, write_page
-from softsense_codegen.atomic import write_text
+from softsense_codegen.atomic import write_bytes, write_text
 
 STATE = "augmentation.json"
+PAST = "augmentation.npz"
 
 
 def write(diagnosis: Diagnosis, sim: Recording, real: Recording, out: Path) -> None:
     """Write the folder ``out``."""
     write_text(out / STATE, diagnosis.state_json() + "\n")
+    past = io.BytesIO()
+    np.savez_compressed(past, **vars(diagnosis.past))
+    write_bytes(out / PAST, past.getvalue())
     top = 2**sim.adc_bits - 1
     codes = np.clip(np.rint(diagnosis.augmented), 0, top).astype(np.int32)
     rows = len(codes)
@@ -41,22 +47,20 @@ def read(folder: Path) -> Diagnosis:
                 t["effect"],
                 t["channel"],
                 t["candidate"],
+                t["near"],
+                t["upon"],
                 np.asarray(t["weights"], dtype=np.float64),
                 t["values"],
                 t["form"],
             )
             for t in state["traces"]
         )
-        return Diagnosis(
-            data,
-            traces,
-            np.asarray(state["static"], dtype=np.float64),
-            state["low"],
-            state["high"],
-            state["elapsed_s"],
-            state["largest"],
-        )
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        with np.load(folder / PAST) as past:
+            before = Past(
+                past["target"], past["codes"], float(past["dt_s"]), float(past["start_s"])
+            )
+        return Diagnosis(data, traces, np.asarray(state["static"], dtype=np.float64), before)
+    except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
         raise SoftsenseError(
             f"not a whole diagnosis: {error}", where=str(folder), remedy="softsense diagnose"
         ) from error

@@ -9,17 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from softsense.effects import Nominal
+from softsense.effects import Nominal, Reference
 from softsense.effects.operators import low_pass, play
-from softsense.recording import Recording
 
 Floats = NDArray[np.float64]
 KNOTS = 16
+# Weights of the average over two thirds of a second, and the share of white noise that it keeps.
+AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
+AVERAGED_NOISE = float((AVERAGE**2).sum())
 
 
 @dataclass(frozen=True)
 class Motion:
-    """The common motion: ``strain`` 0 … 1 of ``low`` … ``high``, and what a window has seen."""
+    """The common motion: ``strain`` 0 … 1, and the ``largest`` so far, of its range."""
 
     strain: Floats
     largest: Floats
@@ -28,11 +30,19 @@ class Motion:
     temp_c: Floats | None
 
 
-def motion_of(sim: Recording, low: float, high: float, start_s: float, largest: float) -> Motion:
-    """The motion of ``sim``; ``largest`` strain (share) reached before it began."""
-    strain = (sim.target[:, 0] - low) / ((high - low) or 1.0)
-    running = np.maximum(np.maximum.accumulate(strain), largest)
-    return Motion(strain, running, sim.dt_s, start_s, sim.context.get("temp_c"))
+def motion_of(
+    target: Floats,
+    dt_s: float,
+    start_s: float,
+    temp_c: Floats | None,
+    low: float | None = None,
+    high: float | None = None,
+) -> Motion:
+    """The motion ``target`` (samples,), as shares of ``low`` … ``high`` (its own where absent)."""
+    low = float(target.min()) if low is None else low
+    high = float(target.max()) if high is None else high
+    strain = (target - low) / ((high - low) or 1.0)
+    return Motion(strain, np.maximum.accumulate(strain), dt_s, start_s, temp_c)
 
 
 def spline_basis(values: Floats, knots: int = KNOTS) -> Floats:
@@ -59,17 +69,28 @@ def noise_rms(signal: Floats) -> Floats:
 
 
 def history_basis(x: Floats, dt_s: float) -> Floats:
-    """(samples, columns) a static curve of the strain, relaxing parts, play, filtered rate."""
+    """(samples, columns) a static curve of the strain, and what mechanisms make of its history."""
+    groups = history_groups(x, dt_s)
+    softened = np.maximum.accumulate(x)[:, None]
+    return np.concatenate([spline_basis(x), *groups.values(), softened], axis=1)
+
+
+def history_groups(x: Floats, dt_s: float) -> dict[str, Floats]:
+    """(samples, columns) by mechanism: relaxing parts, play, and the filtered rate."""
     taus = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
-    parts = [spline_basis(x)]
-    for signal in (x, x**2):
-        parts += [low_pass(signal[:, None], dt_s, np.array([tau]), None)[0] for tau in taus]
+    relaxing = [
+        low_pass(signal[:, None], dt_s, np.array([tau]), None)[0]
+        for signal in (x, x**2)
+        for tau in taus
+    ]
     widths = np.array([0.03, 0.1, 0.3, 0.6])
-    parts.append(play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0])))
     speed = np.abs(np.gradient(x))[:, None] / dt_s
-    parts += [low_pass(speed, dt_s, np.array([tau]), None)[0] for tau in (0.1, 0.5, 2.0)]
-    parts.append(np.maximum.accumulate(x)[:, None])
-    return np.concatenate(parts, axis=1)
+    broken = [low_pass(speed, dt_s, np.array([tau]), None)[0] for tau in (0.1, 0.5, 2.0)]
+    return {
+        "relaxation": np.concatenate(relaxing, axis=1),
+        "hysteresis": play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0])),
+        "overshoot": np.concatenate(broken, axis=1),
+    }
 
 
 def history_weights(codes: Floats, motion: Motion) -> Floats:
@@ -91,13 +112,19 @@ def denoise(codes: Floats, motion: Motion) -> Floats:
     smooth: Floats = history_basis(motion.strain, motion.dt_s) @ history_weights(codes, motion)
     # What this cannot say is kept, averaged over two thirds of a second.
     left = codes - smooth
-    kernel = np.hanning(15)[1:-1]
-    kernel /= kernel.sum()
-    smooth += np.stack([np.convolve(column, kernel, "same") for column in left.T], axis=1)
+    smooth += np.stack([np.convolve(column, AVERAGE, "same") for column in left.T], axis=1)
     return smooth
 
 
-def nominals(codes: Floats, motion: Motion, bits: int) -> list[Nominal]:
+def reference_of(codes: Floats, motion: Motion) -> Reference:
+    """The yardsticks of a recording with noiseless ``codes``."""
+    duration_s = len(codes) * motion.dt_s
+    return Reference(
+        codes[0].copy(), codes.min(axis=0), np.ptp(codes, axis=0), motion.start_s, duration_s
+    )
+
+
+def nominals(codes: Floats, motion: Motion, bits: int, reference: Reference) -> list[Nominal]:
     """One ``Nominal`` per channel of noiseless ``codes``."""
     weights = history_weights(codes, motion)
     known: dict[bytes, Floats] = {}
@@ -120,6 +147,7 @@ def nominals(codes: Floats, motion: Motion, bits: int) -> list[Nominal]:
             dt_s=motion.dt_s,
             respond=respond_of(channel),
             largest=motion.largest,
+            reference=reference,
             start_s=motion.start_s,
             temp_c=motion.temp_c,
             full_scale=float(2**bits - 1),

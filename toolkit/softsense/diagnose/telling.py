@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.diagnose import engine
-from softsense.diagnose.nominal import Motion, noise_rms
+from softsense.diagnose import engine, variance
+from softsense.diagnose.channel import WALK, Channel, without_slow
+from softsense.diagnose.design import BLOCKS
+from softsense.diagnose.nominal import (
+    AVERAGED_NOISE,
+    Motion,
+    history_groups,
+    noise_rms,
+    spline_basis,
+)
+from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
 from softsense.effects import all_effects
 from softsense.recording import Recording
@@ -19,10 +29,15 @@ Floats = NDArray[np.float64]
 
 # How far a form that is only approximately right may be off beyond its held-out error.
 FORM_MARGIN = 0.015
-RETUNE_SHARE = 0.6
-RETUNE_CORRELATION = 0.8
-# Mechanisms with memory of the channel's own motion: a simulator's own trace of them can be told.
-RETUNABLE = {"hysteresis", "relaxation", "softening", "overshoot", "lag"}
+# A rival within this much of the noise variance per sample is not told from the winner.
+SIMILAR = 0.01
+# A gap of this many noise variances per sample of a channel, of which so much is left, is unknown.
+UNKNOWN_GAP = 0.5
+UNKNOWN_SHARE = 0.35
+# A simulator has a mechanism where it shows by this many times the noise; a gap is of its kind
+# where so much of it is said by the same few columns.
+RETUNE_SHOWN = 1.0
+RETUNE_ALIKE = 0.8
 FLIPS = 999
 
 ADVICE = {
@@ -46,12 +61,16 @@ def tell(
     real: Recording,
     motion: Motion,
     smooth: Floats,
-    channels: Sequence[engine._Channel],
-    search: engine.Search,
+    channels: Sequence[Channel],
+    models: Sequence[Model],
     found: Sequence[Finding],
     seed: int,
 ) -> engine.Diagnosis:
-    """Put the search into words and numbers."""
+    """Put the cheapest of ``models`` into words and numbers; the others are its rivals."""
+    if models[0].names > {WALK} and _jerky(channels, models[0]):
+        # What the other effect leaves over, its form being only nearly right, is no walk.
+        models = [made for made in models if WALK not in made.names]
+    best = models[0]
     rng = np.random.default_rng(seed)
     names = sim.sensors
     raw = real.codes.astype(np.float64) - sim.codes
@@ -60,23 +79,30 @@ def tell(
     # The simulated codes carry noise of their own, which the comparison of recordings includes.
     floor = float(np.sqrt(np.mean(sigma**2 + np.minimum(sigma_sim, sigma) ** 2)))
     change = np.stack(
-        [engine.predicted(c, fit) for c, fit in zip(channels, search.fits, strict=True)], axis=1
+        [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
-    present = bool(search.steps or found)
-    traces = _traces(channels, search) if search.steps else ()
+    unknown = _unknown(channels, best, found)
+    if unknown:
+        best, found = replace(best, names=frozenset()), []
+    if not best.names:
+        change = np.zeros_like(change)
+    present = bool(best.names or found or unknown)
+    traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
-    if search.steps and any(fit.static is not None for fit in search.fits):
+    if best.names and any(fit.static is not None for fit in best.fits):
         width = channels[0].static.shape[1]
         static = np.stack(
-            [np.zeros(width) if fit.static is None else fit.static for fit in search.fits]
+            [
+                np.zeros(width) if fit.static is None else np.broadcast_to(fit.static, width)
+                for fit in best.fits
+            ]
         )
-    augmented = sim.codes.astype(np.float64)
-    if search.steps:
-        augmented += change
-    effects = _effects(channels, search, names, motion, smooth, rng)
+    augmented = sim.codes + change
+    effects = _effects(channels, models, names, motion, rng) if best.names else []
     effects += [_finding(finding, names) for finding in found]
+    effects.sort(key=lambda effect: -effect["shrink"])
     estimators = _estimators(sim, real, augmented)
-    shrink, interval = _shrink(channels, search, rng)
+    shrink, interval = _shrink(channels, best, rng)
     data: dict[str, Any] = {
         "schema": "softsense.diagnosis/1",
         "gap": {
@@ -90,8 +116,8 @@ def tell(
         "where": _where(channels, names, motion, effects),
         "effects": effects,
         "unexplained": {
-            "share": _left_share(channels, search) if present or search.unknown else 0.0,
-            "unknown_effect": bool(search.unknown and not found),
+            "share": (1.0 if not best.names else _left_share(channels, best)) if present else 0.0,
+            "unknown_effect": unknown,
         },
         "confusable": [
             [effect["name"], other["name"]]
@@ -104,185 +130,170 @@ def tell(
             "shrink_ci95": interval,
             "estimator_rmse": estimators[2],
         },
-        "advice": _advice(effects, search.unknown and not found),
+        "advice": _advice(effects, unknown),
     }
-    if search.unknown and not present:
-        data["gap"]["present"] = True
     return engine.Diagnosis(
         data=data,
         traces=traces,
         static=static,
-        low=float(sim.target[:, 0].min()),
-        high=float(sim.target[:, 0].max()),
-        elapsed_s=motion.start_s + len(sim) * motion.dt_s,
-        largest=float(motion.largest[-1]),
+        past=engine.Past(sim.target[:, 0], smooth, motion.dt_s, motion.start_s),
         augmented=augmented,
     )
 
 
-def _traces(channels: Sequence[engine._Channel], search: engine.Search) -> tuple[engine.Trace, ...]:
-    traces = []
-    for number, (channel, fit) in enumerate(zip(channels, search.fits, strict=True)):
-        used = 0
-        for name, index in fit.picks:
-            candidate = channel.candidates[name][index]
-            width = 0 if candidate.fixed else candidate.columns.shape[1]
-            weights = np.ones(1) if candidate.fixed else fit.weights[used : used + width]
-            used += width
-            values = {key: float(value) for key, value in candidate.values.items()}
-            traces.append(engine.Trace(name, number, index, weights, values, candidate.form))
-    return tuple(traces)
+def _unknown(channels: Sequence[Channel], best: Model, found: Sequence[Finding]) -> bool:
+    """Whether the gap is there, and follows nothing that the catalogue knows."""
+    kept = AVERAGED_NOISE * sum(channel.samples for channel in channels)
+    raw = sum(channel.excess for channel in channels) - kept
+    if raw < UNKNOWN_GAP * channels[0].samples:
+        return False
+    if {finding.name for finding in found} <= {"spikes"} and _jerky(channels, best):
+        # Jumps and bumps have sharp edges, which look like spikes.
+        return True
+    return not found and _left_share(channels, best) > UNKNOWN_SHARE
 
 
-def _excess(channels: Sequence[engine._Channel]) -> Floats:
-    """(channels,) sum of squares beyond the noise, in units of its variance."""
-    return np.array(
-        [max(float(c.residual @ c.residual) / c.sigma**2 - len(c.residual), 0.0) for c in channels]
+def _jerky(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
+    return any(
+        variance.jerky(channels[number].residual - channels[number].predicted(best.fits[number]))
+        for number in best.channels_of(WALK)
     )
 
 
-def _left_share(channels: Sequence[engine._Channel], search: engine.Search) -> float:
-    floor = sum(len(c.residual) for c in channels)
-    left = sum(fit.error for fit in search.fits) - floor
-    return float(np.clip(left / max(float(_excess(channels).sum()), 1.0), 0.0, 1.0))
+def _traces(channels: Sequence[Channel], best: Model) -> tuple[engine.Trace, ...]:
+    traces = []
+    for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True)):
+        for (name, index), weights in channel.weighted(fit):
+            entry = channel.entries[name][index]
+            values = {key: float(value) for key, value in entry.candidate.values.items()}
+            near = None if entry.near is None else {k: float(v) for k, v in entry.near.items()}
+            upon = entry.nominal is not None
+            form = entry.candidate.form
+            traces.append(
+                engine.Trace(name, number, entry.number, near, upon, weights, values, form)
+            )
+    return tuple(traces)
 
 
-def _block_errors(channels: Sequence[engine._Channel], search: engine.Search) -> tuple[Floats, ...]:
-    """Per block of time: squared error before, held-out after, and the noise's share."""
-    before = np.zeros(engine.BLOCKS)
-    after = np.zeros(engine.BLOCKS)
-    noise = np.zeros(engine.BLOCKS)
-    for channel, fit in zip(channels, search.fits, strict=True):
-        blocks = np.array_split(np.arange(len(channel.residual)), engine.BLOCKS)
-        free = [
-            channel.candidates[n][k].columns
-            for n, k in fit.picks
-            if not channel.candidates[n][k].fixed
-        ]
-        y = channel.residual.copy()
-        for n, k in fit.picks:
-            if channel.candidates[n][k].fixed:
-                y -= channel.candidates[n][k].columns[:, 0]
-        if fit.static is not None:
-            free.append(channel.static)
-        columns = np.concatenate(free, axis=1) if free else np.zeros((len(y), 0))
-        for number, block in enumerate(blocks):
-            keep = np.ones(len(y), dtype=bool)
-            keep[block] = False
-            guess = np.zeros(len(block))
-            if columns.shape[1]:
-                weights = np.linalg.lstsq(columns[keep], y[keep], rcond=1e-10)[0]
-                guess = columns[block] @ weights
-            before[number] += float((channel.residual[block] ** 2).sum())
-            after[number] += float(((y[block] - guess) ** 2).sum())
-            noise[number] += len(block) * channel.sigma**2
-    return before, after, noise
+def _left_share(channels: Sequence[Channel], best: Model) -> float:
+    """Share of the gap beyond the noise that the model leaves on time that it has not seen."""
+    left = sum(
+        float(fit.errors.sum()) / channel.sigma**2 - channel.samples
+        for channel, fit in zip(channels, best.fits, strict=True)
+    )
+    return float(np.clip(left / max(sum(c.excess for c in channels), 1.0), 0.0, 1.0))
 
 
 def _shrink(
-    channels: Sequence[engine._Channel], search: engine.Search, rng: np.random.Generator
+    channels: Sequence[Channel], best: Model, rng: np.random.Generator
 ) -> tuple[float, list[float]]:
     """Closed share of the excess gap on held-out blocks, with a bootstrap interval."""
-    if not search.steps:
+    if not best.names - {WALK}:
         return 0.0, [0.0, 0.0]
-    before, after, noise = _block_errors(channels, search)
+    before, after = np.zeros(BLOCKS), np.zeros(BLOCKS)
+    walking = best.channels_of(WALK)
+    for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True)):
+        noise = channel.samples / BLOCKS * channel.sigma**2
+        gap = channel.design.grams[:, -1, -1] - noise
+        before += gap
+        # Of a walk nothing is closed on time that lies ahead.
+        after += gap if number in walking else fit.errors - noise
 
     def share(pick: NDArray[np.intp]) -> float:
-        gap = float((before - noise)[pick].sum())
-        return 1.0 - float((after - noise)[pick].sum()) / max(gap, 1e-9)
+        return 1.0 - float(after[pick].sum()) / max(float(before[pick].sum()), 1e-9)
 
-    everything = np.arange(engine.BLOCKS)
-    value = float(np.clip(share(everything), -1.0, 1.0))
-    draws = [share(rng.integers(0, engine.BLOCKS, engine.BLOCKS)) for _ in range(400)]
+    value = float(np.clip(share(np.arange(BLOCKS)), -1.0, 1.0))
+    draws = [share(rng.integers(0, BLOCKS, BLOCKS)) for _ in range(400)]
     low, high = np.quantile(draws, [0.025, 0.975])
     low, high = min(low, value) - FORM_MARGIN, max(high, value) + FORM_MARGIN
     return value, [float(np.clip(low, -1.0, 1.0)), float(min(high, 1.0))]
 
 
 def _effects(
-    channels: Sequence[engine._Channel],
-    search: engine.Search,
+    channels: Sequence[Channel],
+    models: Sequence[Model],
     names: Sequence[str],
     motion: Motion,
-    smooth: Floats,
     rng: np.random.Generator,
 ) -> list[dict[str, Any]]:
+    """Every effect of the cheapest model, with what could stand in its place."""
+    best = models[0]
+    samples = sum(channel.samples for channel in channels)
+    raw = max(sum(channel.excess for channel in channels), 1.0)
+    # An equation that closes the gap down to the noise is right, and what fits worse is not; one
+    # that leaves something over is right only nearly, and so may be what leaves over twice as much.
+    kept = AVERAGED_NOISE * samples
+    slack = SIMILAR * samples + max(_left_share(channels, best) * raw - kept, 0.0)
     result = []
-    base = sum(float(c.residual @ c.residual) / c.sigma**2 for c in channels)
-    floor = sum(len(c.residual) for c in channels)
-    gap = max(base - floor, 1.0)
-    last = base
-    for number, (step, rivals) in enumerate(zip(search.steps, search.rivals, strict=True)):
-        before = base if number == 0 else last
-        explained = max(before - step.total, 1.0)
-        alternatives = [
-            {"name": name, "shrink": float(np.clip((before - total) / gap, 0.0, 1.0))}
-            for name, total in sorted(rivals.items(), key=lambda item: item[1])
-            if name != step.name and before - total > (1.0 - engine.SIMILAR) * explained
-        ]
-        margins = [
-            (total - step.total) / explained for name, total in rivals.items() if name != step.name
-        ]
-        doubt = sum(float(np.exp(-margin / (0.4 * engine.SIMILAR))) for margin in margins)
-        active = [
-            channel
-            for channel, fit in enumerate(search.fits)
-            if any(name == step.name for name, _ in fit.picks)
-        ]
-        share = float(np.clip(explained / gap, 0.0, 1.0))
+    for name in sorted(best.names):
+        others = best.names - {name}
+        rivals = {
+            next(iter(made.names - others)): made.price - best.price
+            for made in models
+            if len(made.names) == len(best.names) and others < made.names and made is not best
+        }
+        without = next((made.price for made in models if made.names == others), None)
+        if without is None:
+            without = model(channels, others).price
+        share = float(np.clip((without - best.price) / raw, 0.0, 1.0))
+        near = sorted((gap, other) for other, gap in rivals.items() if gap < slack)
+        doubt = sum(float(np.exp(-2.0 * gap / slack)) for gap in rivals.values())
+        active = best.channels_of(name)
+        closes = 0.0 if name == WALK else share
         result.append(
             {
-                "name": step.name,
-                "kind": _kind(channels, search, step.name, active, motion, smooth),
+                "name": name,
+                "kind": _kind(channels, best, name, active, motion),
                 "channels": [names[channel] for channel in active],
                 "confidence": float(np.clip(1.0 / (1.0 + doubt), 0.0, 0.999)),
-                "alternatives": alternatives,
-                "parameters": _parameters(channels, search, step.name, active, rng),
-                "shrink": share,
+                "alternatives": [
+                    {"name": other, "shrink": float(np.clip(closes - gap / raw, 0.0, 1.0))}
+                    for gap, other in near
+                ],
+                "parameters": _parameters(channels, best, name, active, rng),
+                "shrink": closes,
                 "shrink_ci95": [
-                    float(max(share - 2 * FORM_MARGIN, 0.0)),
-                    float(min(share + 2 * FORM_MARGIN, 1.0)),
+                    float(max(closes - 2 * FORM_MARGIN, 0.0)),
+                    float(min(closes + 2 * FORM_MARGIN, 1.0)),
                 ],
             }
         )
-        last = step.total
-    return [effect for effect in result if effect["channels"]]
+    return result
 
 
 def _kind(
-    channels: Sequence[engine._Channel],
-    search: engine.Search,
-    name: str,
-    active: Sequence[int],
-    motion: Motion,
-    smooth: Floats,
+    channels: Sequence[Channel], best: Model, name: str, active: Sequence[int], motion: Motion
 ) -> str:
-    """ "retune" where the simulator shows the mechanism already, and the gap is parallel to it."""
-    if name not in RETUNABLE:
+    """ "retune" where the simulator has the mechanism already, and the gap is of its kind."""
+    groups = history_groups(motion.strain, motion.dt_s)
+    if name not in groups or not active:
         return "add"
+    curve = spline_basis(motion.strain)
+    others = np.concatenate([curve, *(part for key, part in groups.items() if key != name)], axis=1)
+    alone = _beyond(curve, groups[name])
+    beside = _beyond(others, groups[name])
     votes = []
     for number in active:
-        channel, fit = channels[number], search.fits[number]
-        history = smooth[:, number].copy()
-        curve = channel.static
-        history -= curve @ np.linalg.lstsq(curve, history, rcond=None)[0]
-        if history.std() < 3.0 * channel.sigma:
-            votes.append(False)
-            continue
-        index = next(k for n, k in fit.picks if n == name)
-        own = channel.candidates[name][index].columns
-        own = own - curve @ np.linalg.lstsq(curve, own, rcond=None)[0]
-        said = own @ np.linalg.lstsq(own, history, rcond=None)[0]
-        closed = 1.0 - float(((history - said) ** 2).sum() / (history**2).sum())
-        gap = channel.residual - curve @ np.linalg.lstsq(curve, channel.residual, rcond=None)[0]
-        together = abs(float(np.corrcoef(gap, history)[0, 1]))
-        votes.append(closed > RETUNE_SHARE and together > RETUNE_CORRELATION)
-    return "retune" if votes and np.mean(votes) > 0.5 else "add"
+        channel, fit = channels[number], best.fits[number]
+        history = _beyond(others, channel.nominal.u)
+        shown = history - _beyond(beside, history)
+        pick, weights = next(w for w in channel.weighted(fit) if w[0][0] == name)
+        gap = _beyond(curve, channel.columns(pick) @ weights)
+        alike = 1.0 - float((_beyond(alone, gap) ** 2).sum() / (gap**2).sum())
+        votes.append(shown.std() > RETUNE_SHOWN * channel.sigma and alike > RETUNE_ALIKE)
+    return "retune" if np.mean(votes) > 0.5 else "add"
+
+
+def _beyond(basis: Floats, signal: Floats) -> Floats:
+    """What of ``signal`` (samples, …) the columns of ``basis`` do not say."""
+    rest: Floats = signal - basis @ np.linalg.lstsq(basis, signal, rcond=1e-9)[0]
+    return rest
 
 
 def _parameters(
-    channels: Sequence[engine._Channel],
-    search: engine.Search,
+    channels: Sequence[Channel],
+    best: Model,
     name: str,
     active: Sequence[int],
     rng: np.random.Generator,
@@ -291,20 +302,17 @@ def _parameters(
     sizes: list[float] = []
     values: dict[str, list[float]] = {}
     for number in active:
-        channel, fit = channels[number], search.fits[number]
-        used = 0
-        for other, index in fit.picks:
-            candidate = channel.candidates[other][index]
-            width = 0 if candidate.fixed else candidate.columns.shape[1]
-            weights = np.ones(1) if candidate.fixed else fit.weights[used : used + width]
-            used += width
-            if other != name:
-                continue
-            trace = candidate.columns @ weights
-            for block in np.array_split(np.arange(len(trace)), engine.BLOCKS):
-                sizes.append(float(np.sqrt(np.mean(trace[block] ** 2))))
-            for key, value in candidate.values.items():
-                values.setdefault(key, []).append(float(value))
+        channel, fit = channels[number], best.fits[number]
+        if name == WALK:
+            slow = channel.residual - without_slow(channel.residual[:, None])[:, 0]
+            sizes += [float(block.std()) for block in np.array_split(slow, BLOCKS)]
+            continue
+        pick, weights = next(w for w in channel.weighted(fit) if w[0][0] == name)
+        trace = channel.columns(pick) @ weights
+        for block in np.array_split(np.arange(len(trace)), BLOCKS):
+            sizes.append(float(np.sqrt(np.mean(trace[block] ** 2))))
+        for key, value in channel.entries[name][pick[1]].candidate.values.items():
+            values.setdefault(key, []).append(float(value))
     draws = [float(np.mean(rng.choice(sizes, len(sizes)))) for _ in range(200)]
     result: dict[str, Any] = {
         "rms_codes": {
@@ -336,12 +344,12 @@ def _finding(finding: Finding, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _where(
-    channels: Sequence[engine._Channel],
+    channels: Sequence[Channel],
     names: Sequence[str],
     motion: Motion,
     effects: Sequence[dict[str, Any]],
 ) -> dict[str, Any]:
-    excess = _excess(channels)
+    excess = np.array([channel.excess for channel in channels])
     total = float(excess.sum())
     shares = {
         name: float(value / total)
@@ -380,7 +388,7 @@ def _where(
 
 
 def _p_value(
-    channels: Sequence[engine._Channel], motion: Motion, smooth: Floats, rng: np.random.Generator
+    channels: Sequence[Channel], motion: Motion, smooth: Floats, rng: np.random.Generator
 ) -> float:
     """Global test: the largest of many block statistics, against random signs of the blocks.
 

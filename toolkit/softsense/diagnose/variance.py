@@ -1,4 +1,4 @@
-"""Effects without a mean: noise, spikes, lines, and slow wandering, in what is left over."""
+"""Effects without a mean: noise, spikes and lines, in what is left over."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import kurtosis
 
 from softsense.diagnose.nominal import Motion, noise_rms
 
@@ -16,7 +17,8 @@ NOISE_FACTOR = 3.2
 LINE_RATIO = 18.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
-WANDER_RATIO = 25.0
+# Excess kurtosis of the moves of a walk.
+JERKY = 4.0
 
 
 @dataclass(frozen=True)
@@ -29,15 +31,18 @@ class Finding:
     what: str
 
 
-def findings(left: Floats, sim: Floats, motion: Motion, explained: bool) -> list[Finding]:
+def findings(
+    left: Floats, sim: NDArray[np.int32], motion: Motion, explained: frozenset[str]
+) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes.
 
-    ``explained``: an effect has been taken out, whose form being only nearly right leaves edges
-    and ripples: spikes and lines must then stand out more.
+    ``explained``: effects that have been taken out, whose form being only nearly right leaves
+    edges and ripples: spikes and lines must then stand out more.
     """
     result = []
+    unevenness = 4.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
-    spiky = [c for c in range(left.shape[1]) if _spikes(left[:, c]) >= enough]
+    spiky = [c for c in range(left.shape[1]) if _spikes(left[:, c]).sum() >= enough]
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
     lines = {
@@ -49,31 +54,51 @@ def findings(left: Floats, sim: Floats, motion: Motion, explained: bool) -> list
     if lines:
         frequency = float(np.median(list(lines.values())))
         result.append(Finding("interference", tuple(lines), frequency, "frequency_hz"))
-    slow = [
-        c
-        for c in range(left.shape[1])
-        if c not in lines and c not in spiky and _wander(left[:, c]) > WANDER_RATIO
-    ]
-    if slow:
-        result.append(Finding("random_walk", tuple(slow), float(len(slow)), "wandering channels"))
-    own, other = noise_rms(left), noise_rms(sim)
+    own, other = noise_rms(left), noise_rms(sim.astype(np.float64))
     loud = [
         c
         for c in range(left.shape[1])
         if c not in spiky
         and c not in lines
-        and (own[c] > NOISE_FACTOR * max(other[c], 1.0) or _uneven(left[:, c], motion))
+        and (own[c] > NOISE_FACTOR * max(other[c], 1.0) or _uneven(left[:, c], motion, unevenness))
     ]
     if loud:
         result.append(Finding("noise", tuple(loud), float(own[loud].max()), "rms_codes"))
     return result
 
 
-def _spikes(left: Floats) -> int:
-    """Samples far from their neighbours, in units of the local noise."""
+def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
+    """``residual`` (samples, channels) without the spikes and lines of ``found``, or itself."""
+    clean = residual
+    for finding in found:
+        if finding.name not in ("spikes", "interference"):
+            continue
+        clean = clean.copy()
+        for c in finding.channels:
+            if finding.name == "spikes":
+                hit = np.convolve(_spikes(clean[:, c]), np.ones(5), "same") > 0
+                good = np.flatnonzero(~hit)
+                clean[hit, c] = np.interp(np.flatnonzero(hit), good, clean[good, c])
+            else:
+                clean[:, c] -= _tone(clean[:, c], finding.value, motion.dt_s)
+    return clean
+
+
+def _tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
+    """What ``signal`` has within a narrow band around ``frequency`` (Hz), which may wander."""
+    spectrum = np.fft.rfft(signal)
+    away = np.abs(np.fft.rfftfreq(len(signal), dt_s) - frequency)
+    spectrum[away > max(0.02 * frequency, 12.0 / (len(signal) * dt_s))] = 0.0
+    tone: Floats = np.fft.irfft(spectrum, len(signal))
+    return tone
+
+
+def _spikes(left: Floats) -> NDArray[np.bool_]:
+    """(samples,) whether a sample is far from its neighbours, in units of the local noise."""
     fast = left - np.convolve(left, np.ones(5) / 5, "same")
     scale = 1.4826 * float(np.median(np.abs(fast))) + 1e-9
-    return int(np.sum(np.abs(fast) > SPIKE_SIGMA * max(scale, 0.5)))
+    hit: NDArray[np.bool_] = np.abs(fast) > SPIKE_SIGMA * max(scale, 0.5)
+    return hit
 
 
 def _line(left: Floats, dt_s: float, least: float) -> float | None:
@@ -99,29 +124,8 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
     return float(frequency[peak]) if strong else None
 
 
-def wanders(residual: Floats, sigma: float) -> float:
-    """Excess left, in units of the noise variance, when the neighbours in time predict a sample.
-
-    Neighbours within a second, the sample itself left out: good for what is slow, whatever drives
-    it, and bad for all that follows the motion.
-    """
-    kernel = np.ones(21)
-    kernel[10] = 0.0
-    weight = np.convolve(np.ones(len(residual)), kernel, "same")
-    guess = np.convolve(residual, kernel, "same") / weight
-    return float(((residual - guess) ** 2).sum() / sigma**2 - 1.05 * len(residual))
-
-
-def _wander(left: Floats) -> float:
-    """Variance of block means over what white noise would give."""
-    size = 100
-    blocks = left[: len(left) // size * size].reshape(-1, size)
-    white = float(noise_rms(left[:, None])[0]) ** 2 / size
-    return float(np.var(blocks.mean(axis=1)) / white)
-
-
-def _uneven(left: Floats, motion: Motion) -> bool:
-    """Whether the noise depends on strain or on its rate."""
+def _uneven(left: Floats, motion: Motion, factor: float) -> bool:
+    """Whether the noise varies by ``factor`` (of power) with strain or with its rate."""
     fast = np.diff(left, 2, append=[left[-1]] * 2) / np.sqrt(6.0)
     square = fast**2
     speed = np.abs(np.gradient(motion.strain))
@@ -129,6 +133,15 @@ def _uneven(left: Floats, motion: Motion) -> bool:
         edges = np.quantile(covariate, [0.25, 0.75])
         quiet, loud = square[covariate <= edges[0]], square[covariate >= edges[1]]
         ratio = (loud.mean() + 0.05) / (quiet.mean() + 0.05)
-        if ratio > 2.5 or ratio < 0.4:
+        if ratio > factor or ratio < 1.0 / factor:
             return True
     return False
+
+
+def jerky(walk: Floats) -> bool:
+    """Whether what wanders goes in jumps or bumps, and not by many small steps.
+
+    A random walk's moves over a second are Gaussian; contacts and loads come and go.
+    """
+    moves = np.diff(walk[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1))
+    return float(kurtosis(moves)) > JERKY

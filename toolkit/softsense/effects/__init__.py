@@ -87,6 +87,21 @@ class Context:
 
 
 @dataclass(frozen=True)
+class Reference:
+    """The recording that weights belong to: a later one is measured with the same yardsticks.
+
+    ``rest``, ``low``, ``span``: (channels,) codes at its beginning, the lowest, and how many from
+    there to the highest. ``start_s``, ``duration_s``: when it was.
+    """
+
+    rest: Floats
+    low: Floats
+    span: Floats
+    start_s: float
+    duration_s: float
+
+
+@dataclass(frozen=True)
 class Nominal:
     """One channel as a simulator without the effect says it, for the effect to leave its trace in.
 
@@ -102,6 +117,7 @@ class Nominal:
     dt_s: float
     respond: Callable[[Floats], Floats]
     largest: Floats
+    reference: Reference
     start_s: float = 0.0
     temp_c: Floats | None = None
     full_scale: float = 4095.0
@@ -113,14 +129,24 @@ class Nominal:
         return signal
 
     @property
+    def rest(self) -> float:
+        """The channel's codes where the reference begins."""
+        return float(self.reference.rest[self.channel])
+
+    @property
+    def low(self) -> float:
+        """The channel's lowest codes in the reference."""
+        return float(self.reference.low[self.channel])
+
+    @property
     def span(self) -> float:
-        """How many codes the channel moves by."""
-        return float(np.ptp(self.u)) or 1.0
+        """How many codes the channel moves by in the reference."""
+        return float(self.reference.span[self.channel]) or 1.0
 
     @property
     def share(self) -> Floats:
         """(samples,) 0 … 1 of the span."""
-        result: Floats = (self.u - self.u.min()) / self.span
+        result: Floats = (self.u - self.low) / self.span
         return result
 
     @property
@@ -151,6 +177,7 @@ class Candidate:
 
 
 Explain = Callable[[Nominal], list[Candidate]]
+Zoom = Callable[[Nominal, Mapping[str, float]], list[Candidate]]
 Values = Mapping[str, Floats]
 Simulate = Callable[[Floats, Context, Values, str, State | None], tuple[Floats, State]]
 
@@ -174,6 +201,8 @@ class Effect:
     simulate: Simulate
     forms: tuple[str, ...] = ("",)
     explain: Explain | None = None
+    # As ``explain``, on a fine grid around a candidate's ``values``.
+    zoom: Zoom | None = None
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

@@ -28,7 +28,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
     return [
         Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
-        Candidate(np.stack([np.sin(q), np.sin(2 * q), np.sin(3 * q)], axis=1) * 10.0, {}, "bow"),
+        Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
+        Candidate(np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0, {}, "wave"),
     ]
 
 

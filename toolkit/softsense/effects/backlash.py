@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
@@ -21,9 +23,18 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """What the channel says of the played strain less what it says of the strain, weight 1."""
+    return _traces(nominal, np.geomspace(0.004, 0.3, 22))
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The same around one width."""
+    return _traces(nominal, values["width"] * np.geomspace(0.8, 1.25, 15))
+
+
+def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
     moved = nominal.respond(nominal.strain)
     result = []
-    for width in np.geomspace(0.004, 0.3, 22):
+    for width in widths:
         played = play(nominal.strain[:, None], np.array([width]), nominal.strain[:1].copy())[:, 0]
         values = {"width": float(width)}
         column = (nominal.respond(played) - moved)[:, None]
@@ -41,5 +52,6 @@ EFFECT = Effect(
     parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("play", "dead_zone"),
 )

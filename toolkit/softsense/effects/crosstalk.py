@@ -36,7 +36,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         if other != nominal.channel:
             column = (nominal.codes[:, other] - nominal.u)[:, None]
             result.append(Candidate(column, {"source": float(other)}))
-            alone = nominal.codes[:, other] - nominal.codes[0, other]
+            alone = nominal.codes[:, other] - nominal.reference.rest[other]
             result.append(Candidate(alone[:, None], {"source": float(other)}))
     return result
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+
+FORMS = ("smooth", "linear")
 
 
 def simulate(
@@ -36,16 +41,33 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """The signal of another time less the signal, weight 1; or a clock that runs differently."""
-    index = np.arange(len(nominal.u), dtype=np.float64)
-    result = []
-    for delay_s in np.concatenate([-np.geomspace(0.4, 0.01, 17), np.geomspace(0.01, 0.4, 17)]):
-        moved = np.interp(index - delay_s / nominal.dt_s, index, nominal.u)
-        values = {"delay_s": float(delay_s)}
-        result.append(Candidate((moved - nominal.u)[:, None], values, "constant", fixed=True))
+    delays = np.geomspace(0.01, 1.0, 27)
     slope = np.gradient(nominal.u) / nominal.dt_s
-    result.append(
-        Candidate(np.stack([-slope, -slope * nominal.time_s / 400.0], axis=1), {}, "skew")
-    )
+    skew = np.stack([-slope, -slope * nominal.time_s / 400.0], axis=1)
+    return [
+        *_traces(nominal, np.concatenate([-delays, delays]), ("smooth",)),
+        Candidate(skew, {}, "skew"),
+    ]
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The same around one offset; a skewed clock has nothing to look closer at."""
+    if "delay_s" not in values:
+        return []
+    return _traces(nominal, values["delay_s"] * np.geomspace(0.8, 1.25, 15), FORMS)
+
+
+def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[Candidate]:
+    """Straight between samples, as software reads late, and smooth, as nature is late."""
+    index = np.arange(len(nominal.u), dtype=np.float64)
+    smooth = CubicSpline(index, nominal.u)
+    result = []
+    for delay_s in delays_s:
+        at = np.clip(index - delay_s / nominal.dt_s, 0.0, index[-1])
+        values = {"delay_s": float(delay_s)}
+        for form in forms:
+            moved = smooth(at) if form == "smooth" else np.interp(at, index, nominal.u)
+            result.append(Candidate((moved - nominal.u)[:, None], values, form, fixed=True))
     return result
 
 
@@ -62,4 +84,5 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
 )

@@ -37,7 +37,7 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """One law of time, alone and times the signal."""
+    """Laws of time; alone, or felt somewhat more or less at full signal (a divider's slope)."""
     t = np.maximum(nominal.time_s, 0.0)
     laws: list[tuple[str, dict[str, float], Floats]] = []
     for tau_s in (1.0, 4.0, 15.0, 60.0, 200.0):
@@ -45,12 +45,14 @@ def explain(nominal: Nominal) -> list[Candidate]:
         laws.append(("exponential", {"tau_s": tau_s}, -np.expm1(-t / tau_s)))
     for exponent in (0.25, 0.5, 0.75, 1.0):
         laws.append(("power", {"exponent": exponent}, (t / REFERENCE_S) ** exponent))
-    result = []
-    for form, values, law in laws:
-        law = law * nominal.span / (np.abs(law).max() + 1e-300)
-        result.append(Candidate(law[:, None], values, form))
-        result.append(Candidate(np.stack([law, law * nominal.share], axis=1), values, form))
-    return result
+    scaled = [law * nominal.span for _, _, law in laws]
+    result = [
+        Candidate((law * (1.0 + by_signal * nominal.share))[:, None], values, form)
+        for (form, values, _), law in zip(laws, scaled, strict=True)
+        for by_signal in (0.0, -0.3, 0.4)
+    ]
+    mixed = [scaled[number] for number in (2, 7, 13)]
+    return [*result, Candidate(np.stack(mixed, axis=1), {}, "mixed")]
 
 
 EFFECT = Effect(

@@ -42,7 +42,7 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the square root of it."""
     t = nominal.time_s / 400.0
-    moved = nominal.u - nominal.u[0]
+    moved = nominal.u - nominal.rest
     return [
         Candidate(moved[:, None], {}, "constant"),
         Candidate((moved * t)[:, None], {}, "ageing"),

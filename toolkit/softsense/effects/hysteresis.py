@@ -93,16 +93,27 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Play operators of several widths, of the signal and of the strain (Prandtl-Ishlinskii)."""
+    """Ladders of play operators and of Dahl's states, of the signal, of the strain, or of both."""
+    sharp: dict[str, list[Floats]] = {"prandtl-ishlinskii": [], "short": [], "dahl": []}
+    for base in (nominal.share, nominal.strain):
+        for form, widths in (
+            ("prandtl-ishlinskii", (0.03, 0.08, 0.18, 0.35, 0.6, 0.95)),
+            ("short", (0.1, 0.25, 0.6)),
+        ):
+            signal = np.repeat(base[:, None], len(widths), axis=1)
+            played = play(signal, np.array(widths), signal[0].copy())
+            sharp[form].append((played - signal) * nominal.span)
+        ways = np.array([0.03, 0.07, 0.15, 0.3, 0.6])
+        signal = np.repeat(base[:, None], len(ways), axis=1)
+        memory = np.zeros((len(ways), 1))
+        sharp["dahl"].append(_bouc_wen(signal, ways, 1.0, signal[0].copy(), memory) * nominal.span)
     result = []
-    for widths in ((0.03, 0.08, 0.18, 0.35, 0.6, 0.95), (0.1, 0.25, 0.6)):
-        width = np.array(widths)
-        both = []
-        for base in (nominal.share, nominal.strain):
-            signal = np.repeat(base[:, None], len(width), axis=1)
-            both.append((play(signal, width, signal[0].copy()) - signal) * nominal.span)
-            result.append(Candidate(both[-1], {}, "prandtl-ishlinskii"))
-        result.append(Candidate(np.concatenate(both, axis=1), {}, "prandtl-ishlinskii"))
+    for form, made in sharp.items():
+        name = "prandtl-ishlinskii" if form == "short" else form
+        result += [Candidate(columns, {}, name) for columns in (*made, np.concatenate(made, 1))]
+    for played, slipped in zip(sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True):
+        mixed = np.concatenate([played, slipped], axis=1)
+        result.append(Candidate(mixed, {}, "prandtl-ishlinskii and dahl"))
     return result
 
 

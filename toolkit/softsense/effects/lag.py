@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from scipy.signal import lfilter
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
@@ -22,14 +25,36 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """The filtered signal less the signal itself, weight 1, one pole and two."""
+    return [c for c in _traces(nominal, np.geomspace(0.01, 2.0, 24)) if c.form == "circuit"]
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The same around one time constant."""
+    return _traces(nominal, values["tau_s"] * np.geomspace(0.77, 1.3, 11))
+
+
+def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
+    """Circuits, exact between samples, and the smoothing that a driver does sample by sample."""
     result = []
-    for tau_s in np.geomspace(0.01, 0.8, 21):
-        once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
-        twice = low_pass(once, nominal.dt_s, np.array([tau_s]), None)[0]
-        for poles, y in ((1, once), (2, twice)):
+    for tau_s in times_s:
+        kept = float(np.exp(-nominal.dt_s / tau_s))
+        once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+        twice = low_pass(once[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+        digital = _smoothed(nominal.u, kept)
+        for poles, form, y in (
+            (1, "circuit", once),
+            (2, "circuit", twice),
+            (1, "digital", digital),
+            (2, "digital", _smoothed(digital, kept)),
+        ):
             values = {"tau_s": float(tau_s), "poles": float(poles)}
-            result.append(Candidate(y - nominal.u[:, None], values, fixed=True))
+            result.append(Candidate((y - nominal.u)[:, None], values, form, fixed=True))
     return result
+
+
+def _smoothed(u: Floats, kept: float) -> Floats:
+    y: Floats = lfilter([1.0 - kept], [1.0, -kept], u, zi=[kept * u[0]])[0]
+    return y
 
 
 EFFECT = Effect(
@@ -42,5 +67,6 @@ EFFECT = Effect(
     parameters=(Parameter("tau_s", "s", 0.01, 0.5, 0.1, "time constant of each pole"),),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("one_pole", "two_poles"),
 )

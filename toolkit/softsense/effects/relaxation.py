@@ -53,9 +53,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
     result = [
         Candidate(relaxed(float(tau)), {"tau_s": float(tau)}, "prony")
-        for tau in np.geomspace(0.6, 150.0, 12)
+        for tau in np.geomspace(0.6, 150.0, 16)
     ]
-    for ladder in ((1.0, 10.0, 100.0), (0.6, 3.0, 15.0, 75.0)):
+    for ladder in ((1.0, 10.0, 100.0), (0.6, 3.0, 15.0, 75.0), (0.6, 1.5, 4.0, 12.0, 36.0, 120.0)):
         columns = np.concatenate([relaxed(tau) for tau in ladder], axis=1)
         result.append(Candidate(columns, {}, "prony"))
     return result

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
@@ -20,13 +22,22 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """What is cut off above a level, weight 1, hard or with a soft knee."""
+    return _traces(nominal, nominal.low + np.linspace(0.5, 0.99, 25) * nominal.span)
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The same around one level."""
+    level = values["level"] * nominal.full_scale
+    return _traces(nominal, level + np.linspace(-0.02, 0.02, 11) * nominal.span)
+
+
+def _traces(nominal: Nominal, levels: Floats) -> list[Candidate]:
     result = []
-    for share in np.linspace(0.5, 0.99, 30):
-        level = nominal.u.min() + share * nominal.span
+    for level in levels:
         values = {"level": float(level / nominal.full_scale)}
+        over = nominal.u - level
         for knee in (0.0, 0.03, 0.08):
             width = knee * nominal.span
-            over = nominal.u - level
             cut = np.maximum(over, 0.0) if not width else width * np.logaddexp(0.0, over / width)
             result.append(Candidate(-cut[:, None], values, fixed=True))
     return result
@@ -45,5 +56,6 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("hard", "soft"),
 )

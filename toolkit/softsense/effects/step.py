@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+
+GRID = 65
 
 
 def simulate(
@@ -22,12 +26,22 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """From an instant on another offset and gain."""
+    reference = nominal.reference
+    shares = np.linspace(0.02, 0.98, GRID)
+    return _traces(nominal, reference.start_s + shares * reference.duration_s)
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The same at instants near one: half a grid step to either side."""
+    reach = 0.5 * nominal.reference.duration_s / GRID
+    return _traces(nominal, values["onset_s"] + np.linspace(-reach, reach, 21))
+
+
+def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
     result = []
-    for share in np.linspace(0.02, 0.98, 97):
-        onset = int(share * len(nominal.u))
-        after = np.zeros(len(nominal.u))
-        after[onset:] = nominal.span
-        values = {"onset_s": float(nominal.time_s[onset])}
+    for onset_s in onsets_s:
+        after = (nominal.time_s >= onset_s) * nominal.span
+        values = {"onset_s": float(onset_s)}
         result.append(Candidate(after[:, None], values))
         result.append(Candidate(np.stack([after, after * nominal.share], axis=1), values))
     return result
@@ -49,4 +63,5 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
 )

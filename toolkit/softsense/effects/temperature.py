@@ -44,7 +44,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the logged temperature, alone and times the signal; none without a log."""
     if nominal.temp_c is None or np.ptp(nominal.temp_c) == 0:
         return []
-    warm = (nominal.temp_c - nominal.temp_c[0]) * nominal.span / np.ptp(nominal.temp_c)
+    # In tens of kelvin from room temperature.
+    warm = (nominal.temp_c - 25.0) / 10.0 * nominal.span
     columns = np.stack([warm, warm * nominal.share], axis=1)
     return [Candidate(columns[:, :1], {}), Candidate(columns, {})]
 

@@ -1,0 +1,316 @@
+"""One channel of a comparison: its residual, what effects could leave in it, and the best fits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsense.diagnose.design import Design, Entry, Fit, Pick
+from softsense.effects import STAGES, Candidate, Nominal, all_effects
+
+Floats = NDArray[np.float64]
+
+# Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
+# training half of tests/benchmarks/gap.
+WEIGHT_PRICE = 12.0
+# Per sample: an effect of half the noise's size gains a quarter.
+EFFECT_PRICE = 0.25
+# A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
+OFFSET_PRICE = 0.05
+OFFSET_SHARE = 0.005
+STATIC_PRICE = 0.5
+STATIC_SHARE = 0.02
+# What one effect's equation, being only nearly right, may leave to a second one, of the gap.
+FORM_SHARE = 0.006
+# Standard deviation of a weight that physics fixes at 1, beside other effects.
+LEEWAY = 0.03
+# A random walk follows all that is slow: it must be far better than what says why.
+WALK = "random_walk"
+WALK_PRICE = 0.5
+WALK_SHARE = 0.02
+WALK_REACH = 5
+BESIDE_WALK = 0.1
+# Longer recordings are thinned for the search, after their filters have run at the full rate.
+SEARCHED = 16_000
+
+
+class Channel:
+    """What the search needs of one channel; fits are made when they are asked for, and kept."""
+
+    def __init__(
+        self, nominal: Nominal, residual: Floats, sigma: float, static: Floats, known: Sequence[str]
+    ) -> None:
+        """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis."""
+        self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
+        self._thin = slice(None, None, -(-len(residual) // SEARCHED))
+        found: dict[str, list[Entry]] = {}
+        for name in known:
+            explain = all_effects()[name].explain
+            made = explain(nominal) if explain is not None else []
+            found[name] = [self._entry(candidate, k) for k, candidate in enumerate(made)]
+        self._take(found)
+
+    def _entry(
+        self, candidate: Candidate, number: int, near: Mapping[str, float] | None = None
+    ) -> Entry:
+        return Entry(0, replace(candidate, columns=candidate.columns[self._thin]), number, near)
+
+    def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
+        """Lay out the columns of ``found`` and forget all fits."""
+        start = 1 + self.static.shape[1]
+        self.entries: dict[str, list[Entry]] = {}
+        for name, entries in found.items():
+            for entry in entries:
+                self.entries.setdefault(name, []).append(replace(entry, start=start))
+                start += entry.width
+        static = self.static[self._thin]
+        columns = [np.ones((len(static), 1)), static]
+        columns += [e.candidate.columns for entries in self.entries.values() for e in entries]
+        columns += [self.residual[self._thin, None]]
+        table = np.concatenate(columns, axis=1)
+        self.design = Design(table)
+        # Beside a random walk an effect shows in what the neighbours in time do not tell.
+        self.fast = Design(without_slow(table))
+        self.samples = self.design.samples
+        self._best: dict[frozenset[str], Fit] = {}
+
+    def zoom(self, chosen: Iterable[Pick]) -> None:
+        """Look closer around the grid points ``chosen``, and nowhere else."""
+        chosen = set(chosen)
+        found: dict[str, list[Entry]] = {}
+        for name, entries in self.entries.items():
+            zoom = all_effects()[name].zoom
+            if zoom is None:
+                found[name] = entries
+                continue
+            numbers = {number for other, number in chosen if other == name}
+            numbers.add(self._choose((), 0, name, fixed=True))
+            kept = [entries[number] for number in sorted(numbers)]
+            found[name] = [*kept]
+            for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
+                made = zoom(self.nominal, dict(near))
+                found[name] += [self._entry(c, k, dict(near)) for k, c in enumerate(made)]
+        self._take(found)
+
+    def composed(self, fit: Fit) -> Fit:
+        """``fit``, or a cheaper one where every stage acts on what the stages before have done.
+
+        Motion comes before material, and material before the electrical side.
+        """
+        stage_of = {name: STAGES.index(all_effects()[name].stage) for name, _ in fit.picks}
+        if len({stage for name, stage in stage_of.items() if name != WALK}) < 2:
+            return fit
+        ordered = sorted(fit.picks, key=lambda pick: (stage_of[pick[0]], pick))
+        best = fit
+        for _ in range(2):
+            fit = self._composed(ordered, fit)
+            ordered = list(fit.picks)
+            best = min(best, fit, key=self.price)
+        return best
+
+    def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
+        said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
+        codes = self.nominal.codes.copy()
+        change = np.zeros(len(codes))
+        made: dict[str, list[Entry]] = {}
+        stage = ""
+        for name, number in ordered:
+            if name == WALK:
+                continue
+            if all_effects()[name].stage != stage:
+                stage = all_effects()[name].stage
+                codes[:, self.nominal.channel] = self.nominal.u + change
+            made[name] = self._upon(replace(self.nominal, codes=codes.copy()), name, number)
+            change += said[name]
+        trial = copy(self)
+        trial._take(made)
+        names = [name for name, _ in ordered]
+        picks = dict.fromkeys(names, 0)
+        static = 0 if fit.static is None else len(fit.static)
+        for name in names:
+            if len(made.get(name, ())) > 1:
+                rest = [(n, k) for n, k in picks.items() if n != name]
+                picks[name] = trial._choose(rest, static, name)
+        best = trial.fit((name, picks[name]) for name in names)
+        chosen: list[Pick] = []
+        for name in names:
+            if name == WALK:
+                chosen.append((WALK, 0))
+                continue
+            self.entries[name].append(made[name][picks[name]])
+            chosen.append((name, len(self.entries[name]) - 1))
+        return replace(best, picks=tuple(chosen))
+
+    def _upon(self, nominal: Nominal, name: str, number: int) -> list[Entry]:
+        """A candidate and what is close to it, of a changed nominal signal."""
+        entry, effect = self.entries[name][number], all_effects()[name]
+        again = explained(nominal, name, entry.number, entry.near)
+        result = [replace(self._entry(again, entry.number, entry.near), nominal=nominal)]
+        if effect.zoom is not None:
+            near = dict(entry.candidate.values)
+            for k, candidate in enumerate(effect.zoom(nominal, near)):
+                result.append(replace(self._entry(candidate, k, near), nominal=nominal))
+        return result
+
+    def columns(self, pick: Pick) -> Floats:
+        """(samples, p) of a candidate, at the full rate."""
+        entry = self.entries[pick[0]][pick[1]]
+        nominal = entry.nominal or self.nominal
+        return explained(nominal, pick[0], entry.number, entry.near).columns
+
+    def price(self, fit: Fit) -> float:
+        """Error on unseen time over the noise variance, with what its terms cost."""
+        error = float(fit.errors.sum()) / self.sigma**2
+        price = WEIGHT_PRICE * fit.columns
+        if (WALK, 0) in fit.picks:
+            # Effects beside a walk show in their fast part only, which is small.
+            price += EFFECT_PRICE * self.samples * (1.0 + BESIDE_WALK * (len(fit.picks) - 1))
+            price += WALK_PRICE * self.samples + WALK_SHARE * self.excess * min(len(fit.picks), 2)
+        else:
+            price += EFFECT_PRICE * self.samples * len(fit.picks)
+            price += FORM_SHARE * self.excess * max(len(fit.picks) - 1, 0)
+        if fit.static is not None and len(fit.static) == 1:
+            price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
+        elif fit.static is not None:
+            price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
+        return error + price
+
+    @property
+    def excess(self) -> float:
+        """Squares of the residual beyond the noise, over its variance."""
+        squares = float(self.design.total[-1, -1])
+        return max(squares / self.sigma**2 - self.samples, 0.0)
+
+    def fit(self, picks: Iterable[Pick]) -> Fit:
+        """The cheapest of the picks with no static miscalibration, an offset, or a curve."""
+        ordered = tuple(picks)
+        return min((self._fit(ordered, static) for static in self._statics()), key=self.price)
+
+    def _statics(self) -> tuple[int, ...]:
+        return 0, 1, self.static.shape[1]
+
+    def _fit(self, picks: tuple[Pick, ...], static: int) -> Fit:
+        errors, weights = self._design(picks).fit(*self._indices(picks, static))
+        return Fit(picks, errors, weights[static:], weights[:static] if static else None)
+
+    def _design(self, picks: Sequence[Pick]) -> Design:
+        return self.fast if (WALK, 0) in picks else self.design
+
+    def _indices(self, picks: Sequence[Pick], static: int) -> tuple[list[int], list[int], Floats]:
+        """Columns that are free, columns of weight 1, and how stiff the free ones are held at 0."""
+        # The offset stands before the curve, which includes it.
+        free = [0] if static == 1 else list(range(1, 1 + static))
+        fixed: list[int] = []
+        stiff = [0.0] * len(free)
+        for name, number in picks:
+            if name == WALK:
+                continue
+            entry = self.entries[name][number]
+            columns = range(entry.start, entry.start + entry.width)
+            if not entry.candidate.fixed:
+                free.extend(columns)
+                stiff.extend([0.0] * entry.width)
+                continue
+            fixed.extend(columns)
+            if len(picks) > 1:
+                # Another effect changes what this one acts on, and so its weight of 1.
+                free.extend(columns)
+                stiff.append((self.sigma / LEEWAY) ** 2)
+        return free, fixed, np.array(stiff)
+
+    def best(self, names: frozenset[str]) -> Fit:
+        """The cheapest fit with exactly the effects ``names``, one candidate of each.
+
+        Where no effect can pay the empty fit stands for all.
+        """
+        if self.excess < EFFECT_PRICE * self.samples or not names <= {WALK, *self.entries}:
+            names = frozenset()
+        if names not in self._best:
+            self._best[names] = self._search(names)
+        return self._best[names]
+
+    def _search(self, names: frozenset[str]) -> Fit:
+        if not names:
+            return self.fit(())
+        made = []
+        for last in sorted(names):
+            others = self.best(names - {last}).picks
+            for static in self._statics():
+                picks = dict(others)
+                # Choose the last one beside the others, then the others again beside it.
+                for name in (last, *sorted(names - {last})) if len(names) > 1 else (last,):
+                    rest = [(n, k) for n, k in picks.items() if n != name]
+                    picks[name] = self._choose(rest, static, name)
+                made.append(self._fit(tuple(sorted(picks.items())), static))
+        return min(made, key=self.price)
+
+    def _choose(self, picks: Sequence[Pick], static: int, name: str, fixed: bool = False) -> int:
+        """The candidate of an effect that fits best beside ``picks``; ``fixed``: of weight 1."""
+        if name == WALK:
+            return 0
+        entries = self.entries[name]
+        gains = self._design(picks).gains(*self._indices(picks, static), entries) / self.sigma**2
+        costs = np.array([0 if e.candidate.fixed else e.width for e in entries]) * WEIGHT_PRICE
+        if fixed:
+            costs = np.where([e.candidate.fixed for e in entries], 0.0, np.inf)
+        return int(np.argmax(gains - costs)) if np.isfinite(costs).any() else int(np.argmax(gains))
+
+    def within(self, names: frozenset[str]) -> Fit:
+        """The cheapest fit with any of the effects ``names``, or none."""
+        fits = [self.best(names)]
+        fits += [self.within(names - {name}) for name in names]
+        return min(fits, key=self.price)
+
+    def predicted(self, fit: Fit) -> Floats:
+        """(samples,) what a fit adds to the channel's nominal codes."""
+        total = np.zeros(len(self.residual))
+        for pick, weights in self.weighted(fit):
+            total += self.columns(pick) @ weights
+        if fit.static is not None:
+            total += fit.static[0] if len(fit.static) == 1 else self.static @ fit.static
+        return total
+
+    def weighted(self, fit: Fit) -> list[tuple[Pick, Floats]]:
+        """Every pick of a fit with its weights (1 where physics fixes it)."""
+        result: list[tuple[Pick, Floats]] = []
+        used = 0
+        for pick in fit.picks:
+            if pick[0] == WALK:
+                continue
+            entry = self.entries[pick[0]][pick[1]]
+            fixed = entry.candidate.fixed
+            width = entry.width if not fixed or len(fit.picks) > 1 else 0
+            weights = fit.weights[used : used + width]
+            if fixed:
+                weights = weights + 1.0 if width else np.ones(1)
+            used += width
+            result.append((pick, weights))
+        return result
+
+
+def without_slow(table: Floats) -> Floats:
+    """Columns (samples, p) less the mean of their neighbours within ``WALK_REACH`` samples.
+
+    Scaled so that white noise keeps its size.
+    """
+    window = 2 * WALK_REACH + 1
+    total = np.cumsum(np.pad(table, ((window // 2 + 1, window // 2), (0, 0)), mode="edge"), axis=0)
+    around = (total[window:] - total[:-window] - table) / (window - 1)
+    fast: Floats = (table - around) / np.sqrt(1.0 + 1.0 / (window - 1))
+    return fast
+
+
+def explained(
+    nominal: Nominal, name: str, number: int, near: Mapping[str, float] | None
+) -> Candidate:
+    """One candidate of the effect ``name``: of its zoom where ``near`` is given."""
+    effect = all_effects()[name]
+    if near is not None:
+        assert effect.zoom is not None, name
+        return effect.zoom(nominal, near)[number]
+    assert effect.explain is not None, name
+    return effect.explain(nominal)[number]

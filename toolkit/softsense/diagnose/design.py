@@ -1,0 +1,142 @@
+"""All traces that effects could leave in one channel, as products of columns per block of time.
+
+The search compares thousands of models of a channel. Each is a least-squares fit on some columns,
+and all that a fit needs are inner products: they are taken once, per block of time, so that a
+model's error on blocks that its fit has not seen costs no more than a small linear solve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_triangular
+
+from softsense.effects import Candidate, Nominal
+
+Floats = NDArray[np.float64]
+Pick = tuple[str, int]
+
+BLOCKS = 12
+_RIDGE = 1e-7
+
+
+@dataclass(frozen=True)
+class Entry:
+    """Where a candidate's columns stand.
+
+    ``number`` in what its effect explains; where ``near`` is given, in its zoom around that.
+    """
+
+    start: int
+    candidate: Candidate
+    number: int
+    near: Mapping[str, float] | None = None
+    # The changed signal that it acts on, where that is not the channel's own.
+    nominal: Nominal | None = None
+
+    @property
+    def width(self) -> int:
+        """How many columns."""
+        width: int = self.candidate.columns.shape[1]
+        return width
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Least squares on some candidates: squared errors (blocks,) on unseen blocks, and weights.
+
+    ``weights`` of the free candidates' columns in the order of ``picks``; ``static`` of the offset
+    (1,) or of the static curve, None without either.
+    """
+
+    picks: tuple[Pick, ...]
+    errors: Floats
+    weights: Floats
+    static: Floats | None
+
+    @property
+    def columns(self) -> int:
+        """How many weights were fitted."""
+        return len(self.weights) + (0 if self.static is None else len(self.static))
+
+
+class Design:
+    """Inner products of one channel's residual, static curve and candidates, per block of time."""
+
+    def __init__(self, table: Floats) -> None:
+        """``table`` (samples, p): last the residual."""
+        self.scale = np.sqrt((table**2).mean(axis=0)) + 1e-12
+        self.scale[-1] = 1.0
+        table = table / self.scale
+        self.samples = len(table)
+        self.grams = np.stack([part.T @ part for part in np.array_split(table, BLOCKS)])
+        self.total = self.grams.sum(axis=0)
+        self.y = table.shape[1] - 1
+
+    def fit(
+        self, free: Sequence[int], fixed: Sequence[int], stiff: Floats
+    ) -> tuple[Floats, Floats]:
+        """Squared errors (blocks,) where the fit has not seen the block; weights of the whole.
+
+        ``fixed`` columns are taken with a weight of 1. ``stiff`` (free,): what a free weight's
+        square costs, for what may only deviate a little.
+        """
+        width = len(free)
+        target = np.array([*fixed, self.y], dtype=np.intp)
+        # Columns are scaled; a fixed one has a weight of 1 before it was scaled.
+        signs = np.append(-self.scale[list(fixed)], 1.0)
+        index = np.concatenate([np.array(free, dtype=np.intp), target])
+        sub = self.grams[:, index[:, None], index]
+        squares: Floats = signs @ sub[:, width:, width:] @ signs
+        if width == 0:
+            return squares, np.zeros(0)
+        grams, sides = sub[:, :width, :width], sub[:, :width, width:] @ signs
+        ridge = self._ridge(free, stiff)
+        gram, side = grams.sum(axis=0), sides.sum(axis=0)
+        weights = np.linalg.solve(gram - grams + ridge, (side - sides)[..., None])[..., 0]
+        error = squares - 2.0 * (weights * sides).sum(axis=1)
+        error += ((grams @ weights[..., None])[..., 0] * weights).sum(axis=1)
+        whole = np.linalg.solve(gram + ridge, side)
+        return error, whole / self.scale[index[:width]]
+
+    def _ridge(self, free: Sequence[int], stiff: Floats) -> Floats:
+        ridge: Floats = np.diag(stiff / self.scale[list(free)] ** 2 + _RIDGE * self.samples)
+        return ridge
+
+    def gains(
+        self, free: Sequence[int], fixed: Sequence[int], stiff: Floats, entries: Sequence[Entry]
+    ) -> Floats:
+        """(entries,) by how much each lowers the squared error of the fit, on the time it saw."""
+        total = self.total
+        side = total[self.y] - self.scale[list(fixed)] @ total[list(fixed)]
+        wanted = np.concatenate([np.arange(e.start, e.start + e.width) for e in entries])
+        place = np.cumsum([0, *(e.width for e in entries)])
+        if len(free):
+            index = np.array(free, dtype=np.intp)
+            gram = total[index[:, None], index] + self._ridge(free, stiff)
+            root = np.linalg.cholesky(gram)
+            above = solve_triangular(root, total[index[:, None], wanted], lower=True)
+            rest = side[wanted] - above.T @ solve_triangular(root, side[index], lower=True)
+        else:
+            above, rest = np.zeros((1, len(wanted))), side[wanted]
+        result = np.empty(len(entries))
+        by_width: dict[tuple[int, bool], list[int]] = {}
+        for number, entry in enumerate(entries):
+            by_width.setdefault((entry.width, entry.candidate.fixed), []).append(number)
+        for (width, is_fixed), numbers in by_width.items():
+            at = place[numbers][:, None] + np.arange(width)
+            codes = wanted[at]
+            mine = above[:, at].transpose(1, 2, 0)
+            gram = total[codes[:, :, None], codes[:, None, :]] - mine @ mine.transpose(0, 2, 1)
+            own = rest[at]
+            if is_fixed:
+                size = self.scale[codes[:, 0]]
+                result[numbers] = 2.0 * own[:, 0] * size - gram[:, 0, 0] * size**2
+            else:
+                gram = gram + 10.0 * _RIDGE * self.samples * np.eye(width)
+                solved = np.linalg.solve(gram, own[..., None])[..., 0]
+                result[numbers] = (solved * own).sum(axis=1)
+        return result

@@ -1,0 +1,100 @@
+"""Which effects: the cheapest of all models of one, two and three effects on any channels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+from softsense.diagnose.channel import BESIDE_WALK, WALK, Channel
+from softsense.diagnose.design import Fit
+
+Names = frozenset[str]
+# Pairs begin with the most promising single effects, triples with the best pairs.
+BEAM = 5
+SHORT_BEAM = 2
+ZOOMED = 6
+COMPOSED = 8
+# Naming one effect more, in noise variances of one channel and as a share of the whole gap.
+NAME_PRICE = 0.25
+NAME_SHARE = 0.002
+
+
+@dataclass(frozen=True)
+class Model:
+    """Effects, the fit of every channel with the cheapest of them, and the whole price."""
+
+    names: Names
+    fits: tuple[Fit, ...]
+    price: float
+
+    def channels_of(self, name: str) -> tuple[int, ...]:
+        """Channels on which the effect ``name`` pays."""
+        return tuple(c for c, fit in enumerate(self.fits) if name in dict(fit.picks))
+
+
+def model(channels: Sequence[Channel], names: Names) -> Model:
+    """The cheapest fits with any of the effects ``names``."""
+    return _priced(channels, tuple(channel.within(names) for channel in channels))
+
+
+def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
+    names = frozenset(name for fit in fits for name, _ in fit.picks)
+    price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
+    each = NAME_PRICE * channels[0].samples
+    if WALK in names:
+        # Beside a walk little is seen of an effect, however large it is.
+        return Model(names, fits, price + each * (1.0 + BESIDE_WALK * (len(names) - 1)))
+    each += NAME_SHARE * sum(channel.excess for channel in channels)
+    return Model(names, fits, price + each * len(names))
+
+
+def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
+    """Models by price, cheapest first: none, every single effect, and what builds on the best.
+
+    The grids are looked at coarsely first, then closely where a fit has chosen a point.
+    """
+    coarse = _models(channels, known)
+    if not coarse[0].names:
+        return coarse
+    near = [m for s in (1, 2, 3) for m in [c for c in coarse if len(c.names) == s][:ZOOMED]]
+    for number, channel in enumerate(channels):
+        channel.zoom({pick for made in near for pick in made.fits[number].picks})
+    fine = _models(channels, known)
+    several = [made for made in fine[:COMPOSED] if len(made.names) > 1]
+    rest = [made for made in fine if made not in several]
+    return _by_price([*rest, *(_composed(channels, made) for made in several)])
+
+
+def _composed(channels: Sequence[Channel], made: Model) -> Model:
+    fits = tuple(c.composed(fit) for c, fit in zip(channels, made.fits, strict=True))
+    return _priced(channels, fits)
+
+
+def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
+    names = sorted({*known, WALK})
+    none = model(channels, frozenset())
+    singles = _by_price(model(channels, frozenset({name})) for name in names)
+    pairs = _by_price(
+        model(channels, frozenset(two))
+        for two in combinations(names, 2)
+        if any(first.names <= set(two) for first in singles[:BEAM])
+    )
+    triples = []
+    if pairs and pairs[0].price < min(none.price, singles[0].price):
+        triples = [
+            model(channels, first.names | {name})
+            for first in pairs[:SHORT_BEAM]
+            for name in names
+            if name not in first.names
+        ]
+    return _by_price([none, *singles, *pairs, *triples])
+
+
+def _by_price(models: Iterable[Model]) -> list[Model]:
+    # An effect that pays nowhere has left the names; of equals one is enough.
+    best: dict[Names, Model] = {}
+    for made in models:
+        if made.names not in best or made.price < best[made.names].price:
+            best[made.names] = made
+    return sorted(best.values(), key=lambda made: made.price)
