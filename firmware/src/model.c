@@ -166,8 +166,8 @@ size_t model_describe(uint8_t index, size_t offset, size_t room, uint8_t text[],
 #ifdef SOFTSENSE_SELF_TEST
 
 struct vectors {
-    const int16_t *x;
-    const int32_t *y;
+    const SOFTSENSE_ROM int16_t *x;
+    const SOFTSENSE_ROM int32_t *y;
     uint32_t count;
 };
 
@@ -183,12 +183,17 @@ void model_self_test(uint8_t index, uint16_t count, struct model_test *test)
     test->compared = 0;
     test->mismatches = 0;
     for (uint32_t i = test->first; i < vectors->count && test->compared < count; i++) {
+        int16_t x[MODEL_MAX_INPUTS];
         int32_t y[MODEL_MAX_OUTPUTS];
-        model->estimate(vectors->x + i * model->inputs, y);
-        const size_t bytes = model->outputs * sizeof y[0];
-        if (memcmp(y, vectors->y + i * model->outputs, bytes) != 0) {
-            test->mismatches++;
+        bool same = true;
+        for (uint8_t k = 0; k < model->inputs; k++) {
+            x[k] = vectors->x[i * model->inputs + k];
         }
+        model->estimate(x, y);
+        for (uint8_t k = 0; k < model->outputs; k++) {
+            same = same && y[k] == vectors->y[i * model->outputs + k];
+        }
+        test->mismatches += same ? 0U : 1U;
         test->compared++;
     }
 }

@@ -35,12 +35,21 @@
 #define OPAQUE(value) ((void)0)
 #endif
 
+/* On AVR constants stay in flash where the compiler can read them there (gnu99 or later). */
+#ifndef SOFTSENSE_ROM
+#if defined(__AVR__) && defined(__FLASH)
+#define SOFTSENSE_ROM __flash
+#else
+#define SOFTSENSE_ROM
+#endif
+#endif
+
 /* Weights are written as signed numbers and stored with 32768 added, so that all arithmetic is
  * unsigned; the sums take it back through the sum of a layer's inputs. */
 #define W(w) (uint16_t)((w) + 32768)
 
 /* (1 + tanh z) * 2^15 for z = -5.47115 ... 5.47115 in 512 steps; with interpolation within 5.8e-05 of tanh; value * 2^16 + rise to the next */
-static const uint32_t table[512] = {
+static const SOFTSENSE_ROM uint32_t table[512] = {
 65536u, 65537u, 131072u, 131072u, 131072u, 131072u,
 131072u, 131072u, 131072u, 131072u, 131072u, 131072u,
 131072u, 131072u, 131072u, 131073u, 196608u, 196608u,
@@ -196,7 +205,7 @@ W2(9043, -14782), 26887444u, 5474u,
 };
 #else
 /* Per unit: its weights, its bias, its weight in each output. */
-static const uint16_t units[60 * 4] = {
+static const SOFTSENSE_ROM uint16_t units[60 * 4] = {
 W(-7489), W(16147), 40478, 2008,
 W(9865), W(12546), 0, 30687,
 W(9221), W(15812), 3406, 16873,
@@ -279,7 +288,7 @@ static int32_t signed_of(uint32_t bits)
 }
 
 /* (1 + tanh) * 2^15 of a sum, by the table. */
-static uint32_t tanh_0(uint32_t z, const uint32_t *entries)
+static uint32_t tanh_0(uint32_t z, const SOFTSENSE_ROM uint32_t *entries)
 {
     uint32_t entry;
 
@@ -296,11 +305,11 @@ void linear_pair_estimate(const int16_t x[linear_pair_INPUTS], int32_t y[linear_
     const int16x2_t pair0 = (int16x2_t)((x0 & 0xffffu) | (x1 << 16));
     const uint32_t *unit = units;
 #else
-    const uint16_t *unit = units;
+    const SOFTSENSE_ROM uint16_t *unit = units;
     const uint32_t base = 6194964u - ((x0 + x1) << 15);
 #endif
     uint32_t y0 = 4028261316u;
-    const uint32_t *entries = table;
+    const SOFTSENSE_ROM uint32_t *entries = table;
 
     OPAQUE(entries);
 

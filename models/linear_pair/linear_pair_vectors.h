@@ -9,9 +9,18 @@
 
 #include "linear_pair.h"
 
+/* On AVR they stay in flash where the compiler can read them there (gnu99 or later). */
+#ifndef SOFTSENSE_ROM
+#if defined(__AVR__) && defined(__FLASH)
+#define SOFTSENSE_ROM __flash
+#else
+#define SOFTSENSE_ROM
+#endif
+#endif
+
 #define linear_pair_VECTORS 48
 
-static const int16_t linear_pair_vector_x[48][linear_pair_INPUTS] = {
+static const SOFTSENSE_ROM int16_t linear_pair_vector_x[48][linear_pair_INPUTS] = {
     {1303, 1383},
     {2688, 2459},
     {2688, 2459},
@@ -62,7 +71,7 @@ static const int16_t linear_pair_vector_x[48][linear_pair_INPUTS] = {
     {2046, 2122},
 };
 
-static const int32_t linear_pair_vector_y[48][linear_pair_OUTPUTS] = {
+static const SOFTSENSE_ROM int32_t linear_pair_vector_y[48][linear_pair_OUTPUTS] = {
     {-96674},
     {44478306},
     {44478306},

@@ -15,6 +15,8 @@ BEAM = 5
 SHORT_BEAM = 2
 ZOOMED = 6
 COMPOSED = 8
+# How many times as much an explanation without a walk must leave.
+WALK_LEAVES = 3.0
 # Naming one effect more, in noise variances of one channel and as a share of the whole gap.
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
@@ -63,7 +65,19 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     fine = _models(channels, known)
     several = [made for made in fine[:COMPOSED] if len(made.names) > 1]
     rest = [made for made in fine if made not in several]
-    return _by_price([*rest, *(_composed(channels, made) for made in several)])
+    return _walk_last(
+        channels, _by_price([*rest, *(_composed(channels, made) for made in several)])
+    )
+
+
+def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
+    """A walk follows whatever is slow: beside an effect only where all else leaves far more."""
+    floor = sum(channel.samples for channel in channels)
+    without = next(made for made in models if WALK not in made.names)
+    if WALK in models[0].names and len(models[0].names) > 1:
+        if without.price - floor < WALK_LEAVES * (models[0].price - floor):
+            return [made for made in models if WALK not in made.names or len(made.names) == 1]
+    return models
 
 
 def _composed(channels: Sequence[Channel], made: Model) -> Model:

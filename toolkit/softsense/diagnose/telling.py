@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from softsense.diagnose import engine, variance
 from softsense.diagnose.channel import WALK, Channel, without_slow
-from softsense.diagnose.design import BLOCKS
+from softsense.diagnose.design import BLOCKS, Design
 from softsense.diagnose.nominal import (
     AVERAGED_NOISE,
     Motion,
+    history_basis,
     history_groups,
     noise_rms,
     spline_basis,
@@ -34,6 +35,8 @@ SIMILAR = 0.01
 # A gap of this many noise variances per sample of a channel, of which so much is left, is unknown.
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
+# Share of a random walk that the history of the motion may tell by chance.
+DRIVEN = 0.4
 # A simulator has a mechanism where it shows by this many times the noise; a gap is of its kind
 # where so much of it is said by the same few columns.
 RETUNE_SHOWN = 1.0
@@ -67,7 +70,7 @@ def tell(
     seed: int,
 ) -> engine.Diagnosis:
     """Put the cheapest of ``models`` into words and numbers; the others are its rivals."""
-    if models[0].names > {WALK} and _jerky(channels, models[0]):
+    if models[0].names > {WALK} and _no_walk(channels, models[0], motion):
         # What the other effect leaves over, its form being only nearly right, is no walk.
         models = [made for made in models if WALK not in made.names]
     best = models[0]
@@ -81,7 +84,7 @@ def tell(
     change = np.stack(
         [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
-    unknown = _unknown(channels, best, found)
+    unknown = _unknown(channels, best, found, motion)
     if unknown:
         best, found = replace(best, names=frozenset()), []
     if not best.names:
@@ -141,24 +144,38 @@ def tell(
     )
 
 
-def _unknown(channels: Sequence[Channel], best: Model, found: Sequence[Finding]) -> bool:
+def _unknown(
+    channels: Sequence[Channel], best: Model, found: Sequence[Finding], motion: Motion
+) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
     kept = AVERAGED_NOISE * sum(channel.samples for channel in channels)
     raw = sum(channel.excess for channel in channels) - kept
     if raw < UNKNOWN_GAP * channels[0].samples:
         return False
-    if {finding.name for finding in found} <= {"spikes"} and _jerky(channels, best):
+    if {finding.name for finding in found} <= {"spikes"} and _no_walk(channels, best, motion):
         # Jumps and bumps have sharp edges, which look like spikes.
         return True
     return not found and _left_share(channels, best) > UNKNOWN_SHARE
 
 
-def _jerky(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
-    return any(
-        variance.jerky(channels[number].residual - channels[number].predicted(best.fits[number]))
-        for number in best.channels_of(WALK)
-    )
+def _no_walk(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
+    """Whether what the model takes for a walk, on any channel, is none.
+
+    It goes in jumps or bumps, or the history of the motion tells it on time that the fit of this
+    black box has not seen.
+    """
+    for number in best.channels_of(WALK):
+        channel = channels[number]
+        walk = channel.residual - channel.predicted(best.fits[number])
+        if variance.jerky(walk):
+            return True
+        history = history_basis(motion.strain, motion.dt_s)
+        box = Design(np.concatenate([history, walk[:, None]], axis=1))
+        width = history.shape[1]
+        errors, _ = box.fit(range(width), (), np.full(width, channel.sigma**2))
+        if 1.0 - float(errors.sum() / (walk**2).sum()) > DRIVEN:
+            return True
+    return False
 
 
 def _traces(channels: Sequence[Channel], best: Model) -> tuple[engine.Trace, ...]:

@@ -13,7 +13,7 @@ from softsense.diagnose.nominal import Motion, noise_rms
 Floats = NDArray[np.float64]
 
 # Real and simulated noise differ anyway by up to this factor.
-NOISE_FACTOR = 3.2
+NOISE_FACTOR = 2.5
 LINE_RATIO = 18.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6

@@ -21,7 +21,8 @@ TARGETS = (
         "-mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard",
     ),
     ("RISC-V rv32imac", "riscv64-unknown-elf-gcc", "-march=rv32imac -mabi=ilp32"),
-    ("AVR ATmega328P", "avr-gcc", "-mmcu=atmega328p"),
+    # Its constants stay in flash with GNU's extensions only.
+    ("AVR ATmega328P", "avr-gcc", "-mmcu=atmega328p -std=gnu99"),
     ("host", "gcc", ""),
 )
 
