@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -49,9 +50,18 @@ def codes_for(net: IntNetwork, seed: int = 0, samples: int = 400) -> np.ndarray:
 
 
 def run_and_compare(
-    net: IntNetwork, folder: Path, compiler: str, flags: list[str], main: str = "main.c"
+    net: IntNetwork,
+    folder: Path,
+    compiler: str,
+    flags: list[str],
+    emulator: Sequence[str] = (),
+    order: str = "<",
 ) -> None:
-    """Compile NAME.c with a main program, run it, and compare estimates and masks."""
+    """Compile NAME.c with a main program, run it, and compare estimates and masks.
+
+    ``order``: "<" where the program reads its least significant byte first, else ">".
+    """
+    main = "main.c"
     generate(net, folder)
     (folder / main).write_text(MAIN.format(name=net.name))
     program = folder / "program"
@@ -59,8 +69,13 @@ def run_and_compare(
         [compiler, *flags, f"{net.name}.c", main, "-o", str(program)], cwd=folder, check=True
     )
     codes = codes_for(net)
-    done = subprocess.run([program], input=codes.tobytes(), capture_output=True, check=True)
-    answered = np.frombuffer(done.stdout, "<i4").reshape(len(codes), -1)
+    done = subprocess.run(
+        [*emulator, program],
+        input=codes.astype(f"{order}i2").tobytes(),
+        capture_output=True,
+        check=True,
+    )
+    answered = np.frombuffer(done.stdout, f"{order}i4").astype(np.int32).reshape(len(codes), -1)
     assert np.array_equal(answered[:, :-1], reference.estimate(net, codes))
     masks = reference.uncalibrated(net, codes) & np.uint64(0xFFFFFFFF)
     assert np.array_equal(answered[:, -1].astype(np.uint32), masks.astype(np.uint32))
@@ -125,9 +140,17 @@ def test_32_bit_host_gives_the_same_bits(tmp_path: Path, tool) -> None:
     if done.returncode != 0:
         from conftest import skip_or_fail
 
-        skip_or_fail("gcc -m32 needs libc6-dev-i386")
+        skip_or_fail("gcc -m32 needs libc6-dev-i386 and lib32gcc-VERSION-dev")
     net = make_network(inputs=4, hidden=(9,), outputs=2)
     run_and_compare(net, tmp_path, "gcc", ["-m32", "-std=c99", "-O2", *WARNINGS])
+
+
+@pytest.mark.parametrize("shape", ["seven inputs", "three layers, three outputs", "relu", "int8"])
+def test_big_endian_gives_the_same_bits(shape: str, tmp_path: Path, tool) -> None:
+    net = make_network(seed=3, **SHAPES[shape])
+    flags = ["-static", "-std=c99", "-O2", *WARNINGS]
+    emulator = [tool("qemu-ppc")]
+    run_and_compare(net, tmp_path, tool("powerpc-linux-gnu-gcc"), flags, emulator, ">")
 
 
 def test_the_header_serves_cpp(tmp_path: Path, tool) -> None:

@@ -100,12 +100,30 @@ def test_python_reads_and_writes_the_frames(number: int) -> None:
     )
 
 
-@pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_c_reads_and_writes_the_frames(compiler: str, tool, tmp_path: Path) -> None:
+SANITIZE = ["-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
+
+
+@pytest.mark.parametrize(
+    ("compiler", "flags", "emulator"),
+    [
+        ("gcc", SANITIZE, None),
+        ("clang", SANITIZE, None),
+        # big-endian
+        ("powerpc-linux-gnu-gcc", ["-O2", "-static"], "qemu-ppc"),
+    ],
+)
+def test_c_reads_and_writes_the_frames(
+    compiler: str, flags: list[str], emulator: str | None, tool, tmp_path: Path
+) -> None:
     program = tmp_path / "frames"
     sources = [FIRMWARE / "src" / f"{name}.c" for name in ("cobs", "crc", "frame")]
-    flags = ["-std=c11", "-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
-    command = [tool(compiler), *flags, "-DPORT_FRAME_BYTES=1024", f"-I{FIRMWARE / 'include'}"]
+    command = [
+        tool(compiler),
+        "-std=c11",
+        *flags,
+        "-DPORT_FRAME_BYTES=1024",
+        f"-I{FIRMWARE / 'include'}",
+    ]
     subprocess.run([*command, *sources, HERE / "test_frames.c", "-o", program], check=True)
     lines = [
         f"{c['kind']:x} {c['sequence']:x} {c['session']:x} {c['request_check']:x} {c['check']:x} "
@@ -113,7 +131,11 @@ def test_c_reads_and_writes_the_frames(compiler: str, tool, tmp_path: Path) -> N
         for c in FRAMES
     ]
     done = subprocess.run(
-        [program], input="\n".join(lines), capture_output=True, text=True, check=False
+        [*([tool(emulator)] if emulator else []), program],
+        input="\n".join(lines),
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert (done.stdout.strip(), done.returncode) == (str(len(FRAMES)), 0), done.stderr
 

@@ -8,14 +8,20 @@ import numpy as np
 import pytest
 
 from softsense.device import Device, Emulator, boards
-from softsense.device.board import board_names
 from softsense.device.transport import Line, now_s
+from softsense.errors import SoftsenseError
 
 MODEL = Path(__file__).resolve().parents[1] / "firmware" / "model"
 RATE_HZ = 100
 
 
-@pytest.mark.parametrize("name", board_names())
+def test_a_board_without_a_converter_says_so() -> None:
+    adc = np.zeros((10, 3), dtype=np.int16)
+    with pytest.raises(SoftsenseError, match="avr-uno has no converter"):
+        Emulator(MODEL, "avr-uno", adc=adc).__enter__()
+
+
+@pytest.mark.parametrize("name", [board.name for board in boards() if board.converts])
 def test_a_board_estimates_its_own_samples(name: str, tool) -> None:
     board = next(board for board in boards() if board.name == name)
     tool(board.compiler)

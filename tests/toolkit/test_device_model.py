@@ -46,7 +46,9 @@ def answer_of(out: Path, name: str, codes: np.ndarray) -> np.ndarray:
     return reference.estimate(IntNetwork.from_json(path.read_text(), str(path)), codes)
 
 
-@pytest.mark.parametrize("name", ["host", "mps2-an386", "microbit", "mps2-an505", "riscv32-virt"])
+@pytest.mark.parametrize(
+    "name", ["host", "mps2-an386", "microbit", "mps2-an505", "riscv32-virt", "avr-uno"]
+)
 def test_verify_is_bit_for_bit_with_and_without_fallbacks(
     name: str, folder: Path, tool, capsys
 ) -> None:

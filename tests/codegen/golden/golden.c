@@ -35,12 +35,21 @@
 #define OPAQUE(value) ((void)0)
 #endif
 
+/* On AVR constants stay in flash where the compiler can read them there (gnu99 or later). */
+#ifndef SOFTSENSE_ROM
+#if defined(__AVR__) && defined(__FLASH)
+#define SOFTSENSE_ROM __flash
+#else
+#define SOFTSENSE_ROM
+#endif
+#endif
+
 /* Weights are written as signed numbers and stored with 32768 added, so that all arithmetic is
  * unsigned; the sums take it back through the sum of a layer's inputs. */
 #define W(w) (uint16_t)((w) + 32768)
 
 /* (1 + tanh z) * 2^15 for z = -4 ... 4 in 64 steps; with interpolation within 0.00077 of tanh; value * 2^16 + rise to the next */
-static const uint32_t table[64] = {
+static const SOFTSENSE_ROM uint32_t table[64] = {
 1441798u, 1835016u, 2359307u, 3080205u, 3932177u, 5046293u,
 6422556u, 8257572u, 10616877u, 13566011u, 17432651u, 22347872u,
 28639355u, 36700318u, 47055048u, 60162305u, 77005126u, 98369949u,
@@ -64,7 +73,7 @@ W2(1005, -935), 2134472u, 1483u,
 };
 #else
 /* Per unit: its weights, its bias, its weight in each output. */
-static const uint16_t units[3 * 4] = {
+static const SOFTSENSE_ROM uint16_t units[3 * 4] = {
 W(-65), W(32), 0, 13384,
 W(273), W(-449), 13821, 4294,
 W(1005), W(-935), 38438, 1483,
@@ -90,7 +99,7 @@ static int32_t signed_of(uint32_t bits)
 }
 
 /* (1 + tanh) * 2^15 of a sum, by the table. */
-static uint32_t tanh_0(uint32_t z, const uint32_t *entries)
+static uint32_t tanh_0(uint32_t z, const SOFTSENSE_ROM uint32_t *entries)
 {
     uint32_t entry;
 
@@ -107,11 +116,11 @@ void golden_estimate(const int16_t x[golden_INPUTS], int32_t y[golden_OUTPUTS])
     const int16x2_t pair0 = (int16x2_t)((x0 & 0xffffu) | (x1 << 16));
     const uint32_t *unit = units;
 #else
-    const uint16_t *unit = units;
+    const SOFTSENSE_ROM uint16_t *unit = units;
     const uint32_t base = 1980720u - ((x0 + x1) << 15);
 #endif
     uint32_t y0 = 4294954951u;
-    const uint32_t *entries = table;
+    const SOFTSENSE_ROM uint32_t *entries = table;
 
     OPAQUE(entries);
 

@@ -9,9 +9,18 @@
 
 #include "golden.h"
 
+/* On AVR they stay in flash where the compiler can read them there (gnu99 or later). */
+#ifndef SOFTSENSE_ROM
+#if defined(__AVR__) && defined(__FLASH)
+#define SOFTSENSE_ROM __flash
+#else
+#define SOFTSENSE_ROM
+#endif
+#endif
+
 #define golden_VECTORS 48
 
-static const int16_t golden_vector_x[48][golden_INPUTS] = {
+static const SOFTSENSE_ROM int16_t golden_vector_x[48][golden_INPUTS] = {
     {1006, 1207},
     {1258, 3265},
     {1258, 3265},
@@ -62,7 +71,7 @@ static const int16_t golden_vector_x[48][golden_INPUTS] = {
     {1186, 2490},
 };
 
-static const int32_t golden_vector_y[48][golden_OUTPUTS] = {
+static const SOFTSENSE_ROM int32_t golden_vector_y[48][golden_OUTPUTS] = {
     {5008391},
     {3152155},
     {3152155},

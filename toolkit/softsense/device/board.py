@@ -52,6 +52,11 @@ class Board:
             tool == "{program}" or shutil.which(tool) is not None for tool in needed
         )
 
+    @property
+    def converts(self) -> bool:
+        """Whether a recording can be played into the converter of its emulation."""
+        return self.run == ("{program}",) or any("semihosting" in part for part in self.run)
+
 
 @dataclass(frozen=True)
 class Network:

@@ -208,6 +208,11 @@ class Emulator(AbstractContextManager["Emulator"]):
         if self.faults.baud and self.faults.baud < 300:
             raise SoftsenseError(f"baud={self.faults.baud:g} is too slow", remedy="300 or more")
         board = read_board(self.board)
+        if self.adc is not None and not board.converts:
+            raise SoftsenseError(
+                f"the emulation of {board.name} has no converter to play a recording into",
+                remedy="leave the recording out, or choose another board",
+            )
         self._folder = Path(tempfile.mkdtemp(prefix="softsense-"))
         try:
             self._command = self._prepare(board)

@@ -74,9 +74,9 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     """A walk follows whatever is slow: beside an effect only where all else leaves far more."""
     floor = sum(channel.samples for channel in channels)
     without = next(made for made in models if WALK not in made.names)
-    if WALK in models[0].names and len(models[0].names) > 1:
-        if without.price - floor < WALK_LEAVES * (models[0].price - floor):
-            return [made for made in models if WALK not in made.names or len(made.names) == 1]
+    beside = WALK in models[0].names and len(models[0].names) > 1
+    if beside and without.price - floor < WALK_LEAVES * (models[0].price - floor):
+        return [made for made in models if WALK not in made.names or len(made.names) == 1]
     return models
 
 
