@@ -30,7 +30,7 @@ LAYERS = [
     ("softsense.mlp",),
     ("softsense.recording",),
     ("softsense.errors",),
-    ("softsense_codegen.generate",),
+    ("softsense_codegen.generate", "softsense_codegen.packages"),
     ("softsense_codegen.render",),
     ("softsense_codegen.view",),
     ("softsense_codegen.reference", "softsense_codegen.bounds"),
