@@ -29,6 +29,7 @@ LAYERS = [
     ("softsense.information",),
     ("softsense.mlp",),
     ("softsense.recording",),
+    ("softsense.notebook",),
     ("softsense.errors",),
     ("softsense_codegen.generate", "softsense_codegen.packages"),
     ("softsense_codegen.render",),

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from softsense.device.board import code_bits
 from softsense.errors import SoftsenseError
 from softsense.mlp import Mlp
+from softsense.notebook import Shown
 from softsense.onnx_file import float_model, int_model
 from softsense.quantise import Quantised, quantise
 from softsense.recording import Recording, Split, split
@@ -105,8 +106,8 @@ class Candidate:
     fits: bool
 
 
-@dataclass(frozen=True)
-class Export:
+@dataclass(frozen=True, repr=False)
+class Export(Shown):
     """What was written: the ``network``, what is known of it, its cost, and the files."""
 
     out: Path
@@ -119,9 +120,17 @@ class Export:
         """The integer network."""
         return self.quantised.network
 
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("folder", str(self.out)),
+            *self.quantised.summary(),
+            *((cost.target, cost.line.partition(": ")[2]) for cost in self.costs),
+        ]
 
-@dataclass(frozen=True)
-class Build:
+
+@dataclass(frozen=True, repr=False)
+class Build(Shown):
     """Everything that ``build`` found out, stage by stage."""
 
     out: Path
@@ -223,9 +232,18 @@ class Build:
             ("cost:", COST_HEADER, costs),
         ]
 
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("good", "yes" if self.good else "no"),
+            ("sensors", " ".join(self.selection.sensors)),
+            ("accuracy", rmse_text(self)),
+            ("report", str(self.out / "report.html")),
+        ]
 
-@dataclass(frozen=True)
-class Estimator:
+
+@dataclass(frozen=True, repr=False)
+class Estimator(Shown):
     """A float network, its integers, and the recorded codes (samples, inputs) they were made on."""
 
     mlp: Mlp
@@ -240,6 +258,10 @@ class Estimator:
     def predict(self, codes: ArrayLike) -> NDArray[np.float64]:
         """The fixed-point estimate (samples, outputs) in target units of ``codes``."""
         return reference.values(self.network, reference.estimate(self.network, codes))
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [("float", repr(self.mlp)), *self.quantised.summary()]
 
 
 @dataclass(frozen=True)

@@ -28,6 +28,7 @@ STATIC_SHARE = 0.02
 FORM_SHARE = 0.006
 # Standard deviation of a weight that physics fixes at 1, beside other effects.
 LEEWAY = 0.03
+OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
 # A random walk follows all that is slow: it must be far better than what says why.
@@ -43,9 +44,21 @@ class Channel:
     """What the search needs of one channel; fits are made when they are asked for, and kept."""
 
     def __init__(
-        self, nominal: Nominal, residual: Floats, sigma: float, static: Floats, known: Sequence[str]
+        self,
+        nominal: Nominal,
+        residual: Floats,
+        sigma: float,
+        static: Floats,
+        known: Sequence[str],
+        own: float = 0.0,
     ) -> None:
-        """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis."""
+        """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
+
+        ``own``: mean square of what the simulation itself has beside its nominal signal. Where
+        that is more than noise (its random walks, its spikes), as much is no gap.
+        """
+        square = float(np.mean(residual**2))
+        self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
         found: dict[str, list[Entry]] = {}
@@ -172,8 +185,10 @@ class Channel:
             price += EFFECT_PRICE * self.samples * (1.0 + BESIDE_WALK * (len(fit.picks) - 1))
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess * min(len(fit.picks), 2)
         else:
-            price += EFFECT_PRICE * self.samples * len(fit.picks)
-            price += FORM_SHARE * self.excess * max(len(fit.picks) - 1, 0)
+            # Parts that cancel are as good as one effect more.
+            count = len(fit.picks) + len(self._cancelling(fit))
+            price += EFFECT_PRICE * self.samples * count
+            price += FORM_SHARE * self.excess * max(count - 1, 0)
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:
@@ -183,6 +198,8 @@ class Channel:
     @property
     def excess(self) -> float:
         """Squares of the residual beyond the noise, over its variance."""
+        if self.quiet:
+            return 0.0
         squares = float(self.design.total[-1, -1])
         return max(squares / self.sigma**2 - self.samples, 0.0)
 
@@ -251,9 +268,9 @@ class Channel:
                 for name in cancelling:
                     rest = [(n, k) for n, k in picks.items() if n != name]
                     picks[name] = self._choose(rest, static, name, lambda c: not c.parallel)
-                if cancelling:
-                    fit = self._fit(tuple(sorted(picks.items())), static)
                 made.append(fit)
+                if cancelling:
+                    made.append(self._fit(tuple(sorted(picks.items())), static))
         return min(made, key=self.price)
 
     def _cancelling(self, fit: Fit) -> list[str]:
