@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from sklearn.metrics import mutual_info_score
 
 from softsense.information import (
     conditional_mutual_information,
@@ -51,6 +52,21 @@ def test_every_subset_equals_the_definition(
         assert entropy(together) == pytest.approx(own[mask], abs=EXACT)
         direct = mutual_information(together, y)
         assert direct == pytest.approx(own[mask] + target - joint[mask], abs=EXACT)
+
+
+def test_every_subset_of_fine_codes_equals_an_independent_package() -> None:
+    rng = np.random.default_rng(5)
+    strain = np.cumsum(rng.normal(size=4000))
+    noisy = strain[:, None] * rng.uniform(0.5, 2, 5) + rng.normal(size=(4000, 5))
+    low, span = noisy.min(axis=0), np.ptp(noisy, axis=0)
+    x = np.round((noisy - low) / span * 4095).astype(np.int32)
+    y = np.round((strain - strain.min()) / np.ptp(strain) * 4095).astype(np.int32)
+    own, joint, target = subset_entropies(x, y)
+    for mask in range(1, 2**5):
+        chosen = [i for i in range(5) if mask >> i & 1]
+        _, states = np.unique(x[:, chosen], axis=0, return_inverse=True)
+        theirs = mutual_info_score(states.ravel(), y) / np.log(2.0)
+        assert own[mask] + target - joint[mask] == pytest.approx(theirs, abs=EXACT)
 
 
 def test_a_largest_size_leaves_the_rest_out() -> None:

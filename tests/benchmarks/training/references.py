@@ -4,8 +4,9 @@
 
 Without a recording, the built-in linear rig (seven sensors, 8000 samples). Prints test RMSE and
 ratios of mean squared error to the static network's: scikit-learn's MLPRegressor (lbfgs and adam,
-60 tanh units), k nearest neighbours, and two that use history, a linear model on lagged inputs and
-a small GRU; then the weight decay's effect; with --all, the wall time of every subset.
+60 tanh units), Levenberg-Marquardt with Bayesian regularisation, k nearest neighbours, and two that
+use history, a linear model on lagged inputs and a small GRU; then the weight decay's effect; with
+--all, the wall time of every subset.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.linalg import eigh
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.linear_model import Ridge
 from sklearn.neighbors import KNeighborsRegressor
@@ -32,11 +34,14 @@ from softsense.select import select
 from softsense.simulate import linear_rig, random_motion, run, to_recording
 from softsense.train import Settings, fit, fit_all
 from softsense.train.fitting import DECAY
+from softsense.train.levenberg_marquardt import Weights, nguyen_widrow, normal_equations
 
 LAGS = 20
 NEIGHBOURS = (1, 2, 4, 8, 16, 32)
 GRU_UNITS = 32
 GRU_WINDOW = 40
+BAYESIAN_EPOCHS = 200
+DAMPING_LIMIT = 1e10
 
 
 def scaled(rec: Recording, rows: Split) -> tuple[np.ndarray, np.ndarray, float]:
@@ -52,6 +57,37 @@ def lagged(x: np.ndarray) -> np.ndarray:
     """Each row with the ``LAGS`` rows before it (the first row repeated before the start)."""
     index = np.maximum(np.arange(len(x))[:, None] - np.arange(LAGS + 1), 0)
     return x[index].reshape(len(x), -1)
+
+
+def bayesian(x: np.ndarray, y: np.ndarray) -> tuple[Weights, float]:
+    """A network of 60 units whose weight decay is inferred, and its effective parameters.
+
+    MacKay (Neural Computation 4, 1992) within Levenberg-Marquardt, as Foresee and Hagan (ICNN 1997,
+    the rule of MATLAB's trainbr) do: minimise beta |e|^2 + alpha |w|^2, and after each step set
+    gamma = sum of l / (l + alpha / beta) over the eigenvalues l of J'J, alpha = gamma / 2|w|^2,
+    beta = (samples - gamma) / 2|e|^2. It needs no validation rows, so it is given them to learn.
+    """
+    start = nguyen_widrow(np.random.default_rng(0), x.shape[1], 60, 1)
+    vector, damping, decay, gamma = start.flat(), 1e-3, 1e-3, float(start.flat().size)
+    for _ in range(BAYESIAN_EPOCHS):
+        gram, gradient, square = normal_equations(start.unflat(vector), x, y[:, None])
+        # Eigenvectors solve for every damping; rounding can leave a value just below zero.
+        values, vectors = eigh(gram, lower=True)
+        values = np.maximum(values, 0.0)
+        slope = vectors.T @ (gradient + decay * vector)
+        cost = square + decay * float(vector @ vector)
+        better = False
+        while not better and damping < DAMPING_LIMIT:
+            trial = vector - vectors @ (slope / (values + decay + damping))
+            error = start.unflat(trial).predict(x)[:, 0] - y
+            better = float(error @ error) + decay * float(trial @ trial) < cost
+            damping = max(damping * (0.1 if better else 10.0), 1e-12)
+        if not better:
+            break
+        vector, square = trial, float(error @ error)
+        gamma = float(np.sum(values / (values + decay)))
+        decay = (gamma / float(vector @ vector)) / ((len(y) - gamma) / square)
+    return start.unflat(vector), gamma
 
 
 def gru(x: np.ndarray, y: np.ndarray, rows: Split, seconds: float) -> np.ndarray:
@@ -123,6 +159,10 @@ def references(rec: Recording, seconds: float) -> list[dict[str, Any]]:
                 if error < best:
                     best, kept = error, estimate
             add(f"MLPRegressor {solver}", "no", kept, begin)
+    begin = time.perf_counter()
+    inferred, gamma = bayesian(x[known], y[known])
+    name = f"LM, Bayesian ({gamma:.0f} effective weights)"
+    add(name, "no", inferred.predict(x)[:, 0], begin)
     begin = time.perf_counter()
     tried = [
         KNeighborsRegressor(k).fit(x[rows.train], y[rows.train]).predict(x) for k in NEIGHBOURS
