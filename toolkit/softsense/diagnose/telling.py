@@ -71,9 +71,11 @@ def tell(
     seed: int,
 ) -> engine.Diagnosis:
     """Put the cheapest of ``models`` into words and numbers; the others are its rivals."""
-    if models[0].names > {WALK} and _no_walk(channels, models[0], motion):
-        # What the other effect leaves over, its form being only nearly right, is no walk.
+    jerky = _jerky(channels, models[0])
+    if (jerky and len(models[0].names) > 1) or _driven(channels, models[0], motion):
+        # What another effect leaves over, its form being only nearly right, is no walk.
         models = [made for made in models if WALK not in made.names]
+        jerky = False
     best = models[0]
     rng = np.random.default_rng(seed)
     names = sim.sensors
@@ -85,7 +87,9 @@ def tell(
     change = np.stack(
         [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
-    unknown = _unknown(channels, best, found, motion)
+    # Jumps and bumps have sharp edges, which look like spikes.
+    jumps = jerky and {finding.name for finding in found} <= {"spikes"}
+    unknown = jumps or (not found and _unknown(channels, best))
     if unknown:
         best, found = replace(best, names=frozenset()), []
     if not best.names:
@@ -145,31 +149,33 @@ def tell(
     )
 
 
-def _unknown(
-    channels: Sequence[Channel], best: Model, found: Sequence[Finding], motion: Motion
-) -> bool:
+def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
     kept = AVERAGED_NOISE * sum(channel.samples for channel in channels)
     raw = sum(channel.excess for channel in channels) - kept
-    if raw < UNKNOWN_GAP * channels[0].samples:
-        return False
-    if {finding.name for finding in found} <= {"spikes"} and _no_walk(channels, best, motion):
-        # Jumps and bumps have sharp edges, which look like spikes.
-        return True
-    return not found and _left_share(channels, best) > UNKNOWN_SHARE
+    return raw > UNKNOWN_GAP * channels[0].samples and _left_share(channels, best) > UNKNOWN_SHARE
 
 
-def _no_walk(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
-    """Whether what the model takes for a walk, on any channel, is none.
-
-    It goes in jumps or bumps, or the history of the motion tells it on time that the fit of this
-    black box has not seen.
-    """
+def _walks(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Floats]]:
+    """Channels on which the model sees a walk, and (samples,) what wanders there."""
+    found = []
     for number in best.channels_of(WALK):
         channel = channels[number]
-        walk = channel.residual - channel.predicted(best.fits[number])
-        if variance.jerky(walk):
-            return True
+        found.append((channel, channel.residual - channel.predicted(best.fits[number])))
+    return found
+
+
+def _jerky(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
+    return any(variance.jerky(walk) for _, walk in _walks(channels, best))
+
+
+def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
+    """Whether the history of the motion tells what the model takes for a walk, on any channel.
+
+    The history is a black box (``history_basis``), asked on time that its fit has not seen.
+    """
+    for channel, walk in _walks(channels, best):
         history = history_basis(motion.strain, motion.dt_s)
         # What is slow, a walk and the history share by chance.
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)

@@ -18,7 +18,7 @@ LINE_RATIO = 18.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
 # Excess kurtosis of the moves of a walk.
-JERKY = 4.0
+JERKY = 8.0
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ def findings(left: Floats, own: Floats, motion: Motion, explained: bool) -> list
     and ripples: spikes and lines must then stand out more.
     """
     result = []
-    unevenness = 4.0 if explained else 2.5
+    unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
     spiky = [
         c
