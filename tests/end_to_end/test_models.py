@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from softsense.onnx_file import int_model
+from softsense.verify.costs import Cost
 from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork
 
@@ -24,10 +25,7 @@ def test_generating_again_gives_the_same_bytes(folder: Path, tmp_path: Path) -> 
     manifest = json.loads((folder / "manifest.json").read_text())
     name = manifest["name"]
     net = IntNetwork.from_json((folder / f"{name}.json").read_text())
-    costs = [
-        f"{c['target']}: {c['flash']} bytes of flash, {c['stack']} of stack (-O2)"
-        for c in manifest["costs"]["targets"]
-    ]
+    costs = [Cost(**cost).line for cost in manifest["costs"]["targets"]]
     generate(net, tmp_path, cost_lines=costs)
     for suffix in (".h", ".c", ".json"):
         made = (tmp_path / f"{name}{suffix}").read_bytes()

@@ -6,16 +6,19 @@ import io
 import json
 import os
 import shutil
+import tempfile
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from softsense.device.board import code_bits
 from softsense.errors import SoftsenseError
 from softsense.mlp import Mlp
+from softsense.notebook import Shown
 from softsense.onnx_file import float_model, int_model
 from softsense.quantise import Quantised, quantise
 from softsense.recording import Recording, Split, split
@@ -25,18 +28,22 @@ from softsense.select import Ranking, Selection, rank, select
 from softsense.train import Fit, fit
 from softsense.train.fitting import DECAY
 from softsense.verify import Verification, verify
+from softsense.verify.costs import HEADER as COST_HEADER
 from softsense.verify.costs import Cost, measure_costs
 from softsense.verify.folder import MANIFEST, SCHEMA
 from softsense_codegen import bounds, reference
 from softsense_codegen.atomic import write_bytes, write_text
 from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork, c_name
+from softsense_codegen.packages import Package, write_packages
 from softsense_codegen.view import Optimise
 
 Stage = Callable[[str], None]
 Rows = list[tuple[str, ...]]
 BITS = "bit for bit:"
 CALMER_DECAYS = (1e-2, 3e-2, 1e-1)
+# Hidden units that are tried under a budget.
+BUDGET_SIZES = (60, 40, 28, 20, 14, 10, 7, 5)
 CALMER_COST = 1.03
 # What float32 arithmetic of the float ONNX adds to a difference, as a share of full scale.
 FLOAT32_SHARE = 2.0**-18
@@ -46,6 +53,26 @@ SEARCH_MARGIN = 1.1
 
 def _silent(text: str) -> None:
     return None
+
+
+@dataclass(frozen=True)
+class Budget:
+    """The most that the network may cost on ``core``: bytes of flash, instructions per estimate."""
+
+    core: str = "Cortex-M4F"
+    flash: int | None = None
+    instructions: int | None = None
+
+    def allows(self, cost: Cost) -> bool:
+        """Whether ``cost`` is within. Raises ``SoftsenseError`` where it was not counted."""
+        if self.instructions is not None and cost.instructions is None:
+            raise SoftsenseError(
+                f"instructions on {self.core} cannot be counted here",
+                remedy="install gcc-arm-none-eabi and qemu-system-arm, and name a Cortex-M core",
+            )
+        return (self.flash is None or cost.flash <= self.flash) and (
+            self.instructions is None or (cost.instructions or 0) <= self.instructions
+        )
 
 
 @dataclass(frozen=True)
@@ -61,10 +88,26 @@ class Recipe:
     bits: int = 16
     optimise: Optimise = "speed"
     fallback: bool = False
+    packages: tuple[Package, ...] = ()
+    budget: Budget | None = None
 
 
 @dataclass(frozen=True)
-class Export:
+class Candidate:
+    """One size of network under a budget: its fixed-point error on validation, and its cost.
+
+    ``rmse`` per output in target units; ``cost`` on the budget's core; ``fits`` the budget.
+    """
+
+    hidden: int
+    bits: int
+    rmse: tuple[float, ...]
+    cost: Cost
+    fits: bool
+
+
+@dataclass(frozen=True, repr=False)
+class Export(Shown):
     """What was written: the ``network``, what is known of it, its cost, and the files."""
 
     out: Path
@@ -77,9 +120,17 @@ class Export:
         """The integer network."""
         return self.quantised.network
 
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("folder", str(self.out)),
+            *self.quantised.summary(),
+            *((cost.target, cost.line.partition(": ")[2]) for cost in self.costs),
+        ]
 
-@dataclass(frozen=True)
-class Build:
+
+@dataclass(frozen=True, repr=False)
+class Build(Shown):
     """Everything that ``build`` found out, stage by stage."""
 
     out: Path
@@ -91,6 +142,7 @@ class Build:
     verification: Verification
     rmse_fixed: tuple[float, ...]
     fallbacks: tuple[Fallback, ...] = ()
+    candidates: tuple[Candidate, ...] = ()
 
     @property
     def good(self) -> bool:
@@ -122,6 +174,7 @@ class Build:
                 }
                 for fallback in self.fallbacks
             ],
+            "candidates": [asdict(candidate) for candidate in self.candidates],
             "verification": self.verification.to_dict(),
             "costs": [asdict(cost) for cost in self.export.costs],
             "files": list(self.export.files),
@@ -147,9 +200,7 @@ class Build:
             (c.evaluator, f"{c.mismatches} of {c.compared}", f"{c.seconds:.2f} s")
             for c in self.verification.comparisons
         ]
-        costs: Rows = [
-            (c.target, f"{c.flash} B", f"{c.ram} B", f"{c.stack} B") for c in self.export.costs
-        ]
+        costs: Rows = [cost.row for cost in self.export.costs]
         header = ("target", "RMSE float", "RMSE fixed", "worst |fixed - float|", "of full scale")
         cut: Rows = [
             (
@@ -160,17 +211,39 @@ class Build:
             )
             for fallback in self.fallbacks
         ]
+        sizes: Rows = [
+            (
+                str(candidate.hidden),
+                str(candidate.bits),
+                ", ".join(f"{value:.4g}" for value in candidate.rmse),
+                candidate.cost.row[1],
+                candidate.cost.row[4],
+                "yes" if candidate.fits else "no",
+            )
+            for candidate in self.candidates
+        ]
+        size_header = ("units", "bits", "RMSE fixed (validation)", "flash", "instructions", "fits")
         failing = ("sensor cut", "fallback uses", "RMSE without fallback", "RMSE with fallback")
         return [
             (f"{' + '.join(self.selection.sensors)}, held-out time:", header, accuracy),
+            *([("sizes under the budget:", size_header, sizes)] if sizes else []),
             *([("when a sensor fails:", failing, cut)] if cut else []),
             (BITS, ("evaluator", "mismatches", "time"), mismatches),
-            ("cost:", ("core", "flash", "static RAM", "stack"), costs),
+            ("cost:", COST_HEADER, costs),
+        ]
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("good", "yes" if self.good else "no"),
+            ("sensors", " ".join(self.selection.sensors)),
+            ("accuracy", rmse_text(self)),
+            ("report", str(self.out / "report.html")),
         ]
 
 
-@dataclass(frozen=True)
-class Estimator:
+@dataclass(frozen=True, repr=False)
+class Estimator(Shown):
     """A float network, its integers, and the recorded codes (samples, inputs) they were made on."""
 
     mlp: Mlp
@@ -185,6 +258,10 @@ class Estimator:
     def predict(self, codes: ArrayLike) -> NDArray[np.float64]:
         """The fixed-point estimate (samples, outputs) in target units of ``codes``."""
         return reference.values(self.network, reference.estimate(self.network, codes))
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [("float", repr(self.mlp)), *self.quantised.summary()]
 
 
 @dataclass(frozen=True)
@@ -220,8 +297,11 @@ def generate_export(
     *,
     optimise: Optimise = "speed",
     fallbacks: Sequence[Fallback] = (),
+    packages: Sequence[Package] = (),
 ) -> Export:
     """Write the export folder of ``estimator``; ``optimise`` lays out the C for speed or size.
+
+    ``packages``: also "arduino", "cmake", "platformio" or "vectors" (see ``write_packages``).
 
     The folder gets NAME.h, NAME.c, NAME_vectors.h, NAME.onnx, NAME_int.onnx, NAME.json, the same
     for every fallback, codes.npz and manifest.json; the manifest comes last, so that a folder with
@@ -234,6 +314,9 @@ def generate_export(
     costs, written = _write_network(estimator, out, optimise)
     for fallback in fallbacks:
         written += _write_network(fallback.estimator, out, optimise)[1]
+    networks = [estimator.network, *(fallback.estimator.network for fallback in fallbacks)]
+    bits = code_bits(i.front_end for i in estimator.network.inputs)
+    written += write_packages(networks, out, packages, bits)
     buffer = io.BytesIO()
     np.savez_compressed(buffer, codes=estimator.codes.astype(np.int16))
     written.append(write_bytes(out / "codes.npz", buffer.getvalue()))
@@ -241,7 +324,7 @@ def generate_export(
     units = [output.unit for output in estimator.network.outputs]
     name, verdict = estimator.network.name, estimator.quantised.verdict()
     written.append(write_export_report(out, name, verdict, difference, units, costs)[0])
-    files = tuple(sorted(path.name for path in written))
+    files = tuple(sorted(path.relative_to(out).as_posix() for path in written))
     manifest = _manifest(estimator.quantised, costs, files)
     if fallbacks:
         manifest["fallbacks"] = [
@@ -266,8 +349,7 @@ def _write_network(
     generate(network, out, data, optimise=optimise)
     # The header tells the cost of the source beside it, so the source comes first.
     costs = measure_costs(out / f"{network.name}.c")
-    lines = [f"{c.target}: {c.flash} bytes of flash, {c.stack} of stack (-O2)" for c in costs]
-    written = generate(network, out, data, lines, optimise)
+    written = generate(network, out, data, [cost.line for cost in costs], optimise)
     model = float_model(estimator.mlp, network.name)
     written.append(write_bytes(out / f"{network.name}.onnx", model))
     written.append(write_bytes(out / f"{network.name}_int.onnx", int_model(network)))
@@ -283,6 +365,7 @@ def export(
     bits: int = 16,
     seed: int = 0,
     optimise: Optimise = "speed",
+    packages: Sequence[Package] = (),
     stage: Stage = _silent,
 ) -> Export:
     """Quantise ``mlp`` on ``codes`` (samples, inputs) and write its export folder.
@@ -295,7 +378,9 @@ def export(
     quantised = quantise(mlp, data, name=name, bits=bits, seed=seed)
     stage(f"quantised: {quantised.verdict()}")
     stage("generate C and ONNX")
-    return generate_export(Estimator(mlp, quantised, data), out, optimise=optimise)
+    return generate_export(
+        Estimator(mlp, quantised, data), out, optimise=optimise, packages=packages
+    )
 
 
 def build(
@@ -324,6 +409,11 @@ def build(
     selection = select(known, size)
     ranking = rank(known)
     stage(f"selected: {', '.join(selection.sensors)}")
+    candidates: tuple[Candidate, ...] = ()
+    if recipe.budget is not None:
+        candidates = _candidates(recording, selection.sensors, recipe, recipe.budget, rows, stage)
+        best = _best(candidates, recipe.budget)
+        recipe = replace(recipe, hidden=best.hidden, bits=best.bits)
     stage("train")
     fitted = _fit(recording, selection.sensors, recipe, rows)
     rmse = ", ".join(f"{value:.4g}" for value in fitted.rmse["test"])
@@ -332,7 +422,7 @@ def build(
     stage("quantise")
     estimator = quantise_fit(fitted, recording, name=prefix, bits=recipe.bits, seed=recipe.seed)
     stage(f"quantised: {estimator.quantised.verdict()}")
-    if not estimator.quantised.reached and recipe.bits == 16:
+    if not estimator.quantised.reached and recipe.bits == 16 and recipe.budget is None:
         fitted, estimator = _calmer(recording, fitted, estimator, recipe, rows, stage)
     fallbacks: tuple[Fallback, ...] = ()
     if recipe.fallback:
@@ -341,7 +431,13 @@ def build(
             for sensor in (selection.sensors if len(recording.sensors) > 1 else ())
         )
     stage("generate C and ONNX")
-    exported = generate_export(estimator, out, optimise=recipe.optimise, fallbacks=fallbacks)
+    exported = generate_export(
+        estimator,
+        out,
+        optimise=recipe.optimise,
+        fallbacks=fallbacks,
+        packages=recipe.packages,
+    )
     evaluators = available() if on is None else tuple(on)
     stage(f"verify on {', '.join(evaluators)}")
     verification = verify(out, evaluators, seed=recipe.seed, stage=stage)
@@ -359,6 +455,7 @@ def build(
         verification,
         rmse_fixed,
         fallbacks,
+        candidates,
     )
     stage("report")
     estimates = Estimates(used.target, fitted.mlp.predict(used.codes), fixed, fitted.split.test)
@@ -374,6 +471,51 @@ def build(
     )
     write_build_report(Path(out), recording, ranking, estimates, exported.costs, tables, lead)
     return result
+
+
+def _candidates(
+    recording: Recording,
+    sensors: Sequence[str],
+    recipe: Recipe,
+    budget: Budget,
+    rows: Split,
+    stage: Stage,
+) -> tuple[Candidate, ...]:
+    """Every size and word length: trained, quantised, compiled and counted."""
+    made = []
+    for hidden in [size for size in BUDGET_SIZES if size <= recipe.hidden]:
+        fitted = _fit(recording, sensors, replace(recipe, hidden=hidden), rows)
+        for bits in (16, 8):
+            estimator = quantise_fit(fitted, recording, name="trial", bits=bits, seed=recipe.seed)
+            with tempfile.TemporaryDirectory(prefix="softsense-") as scratch:
+                files = generate(estimator.network, scratch, optimise=recipe.optimise)
+                costs = measure_costs(files[1], only=budget.core)
+            if not costs:
+                raise SoftsenseError(
+                    f"the cost on {budget.core} cannot be measured here",
+                    remedy="install its cross compiler, or name another core",
+                )
+            validation = rows.validation
+            error = estimator.predict(estimator.codes[validation]) - recording.target[validation]
+            rmse = tuple(float(v) for v in np.sqrt((error**2).mean(axis=0)))
+            made.append(Candidate(hidden, bits, rmse, costs[0], budget.allows(costs[0])))
+            stage(f"{hidden} units, {bits} bits: RMSE {rmse[0]:.4g}, {costs[0].line}")
+    return tuple(made)
+
+
+def _best(candidates: Sequence[Candidate], budget: Budget) -> Candidate:
+    """The smallest error that fits; outputs weigh alike, each by its best."""
+    fitting = [candidate for candidate in candidates if candidate.fits]
+    if not fitting:
+        flash = min(candidate.cost.flash for candidate in candidates)
+        least = min(candidate.cost.instructions or 0 for candidate in candidates)
+        raise SoftsenseError(
+            f"no network fits on {budget.core}: the smallest takes {flash} bytes of flash"
+            + (f" and {least} instructions" if budget.instructions is not None else ""),
+            remedy="raise --max-flash or --max-cycles, or use fewer sensors",
+        )
+    scale = np.min([candidate.rmse for candidate in fitting], axis=0)
+    return min(fitting, key=lambda candidate: float(np.mean(np.array(candidate.rmse) / scale)))
 
 
 def _fallback(

@@ -20,6 +20,7 @@ from scipy.linalg import solve_triangular
 
 from softsense.errors import SoftsenseError
 from softsense.mlp import Layer, Mlp, activate
+from softsense.notebook import Shown
 from softsense_codegen import bounds, reference
 from softsense_codegen.fixed import ACTIVATION_MAX, ONE, Table, table_error, tanh_table
 from softsense_codegen.network import (
@@ -53,8 +54,8 @@ WORTH_IT = 0.9
 MAX_COMPENSATED = 4000
 
 
-@dataclass(frozen=True)
-class Quantised:
+@dataclass(frozen=True, repr=False)
+class Quantised(Shown):
     """An integer network and what was measured of it.
 
     ``network.accuracy`` holds the worst |fixed - float|; ``share`` is its largest, as a share of
@@ -79,6 +80,15 @@ class Quantised:
             return f"{verdict}, within 1/{1 / self.tolerance:.0f}"
         factor = self.share / self.tolerance
         return f"{verdict}: {factor:.2f} times the 1/{1 / self.tolerance:.0f} that was aimed at"
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("network", self.network.name),
+            ("weights", f"{self.network.bits} bits"),
+            ("verdict", self.verdict()),
+            ("digest", self.network.digest[:16]),
+        ]
 
 
 @dataclass(frozen=True)

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.errors import SoftsenseError
+from softsense.notebook import Shown
 from softsense_codegen.atomic import write_text
 
 TIME_COLUMN = "t_s"
@@ -71,7 +72,7 @@ class FrontEnd:
 
 
 @dataclass(frozen=True)
-class Recording:
+class Recording(Shown):
     """Sensors and targets on one uniform clock.
 
     ``codes``: (samples, sensors) int32 ADC codes. ``target``: (samples, targets) float64 in
@@ -102,6 +103,24 @@ class Recording:
 
     def __len__(self) -> int:
         return len(self.codes)
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a notebook shows of it."""
+        return [
+            (name, f"{int(low)} … {int(high)}")
+            for name, low, high in zip(
+                self.sensors, self.codes.min(axis=0), self.codes.max(axis=0), strict=True
+            )
+        ] + [
+            (f"{name} [{unit}]", f"{low:.4g} … {high:.4g}")
+            for name, unit, low, high in zip(
+                self.targets,
+                self.target_units,
+                self.target.min(axis=0),
+                self.target.max(axis=0),
+                strict=True,
+            )
+        ]
 
     def __repr__(self) -> str:
         rate = f" at {1 / self.dt_s:.6g} Hz" if self.t_s is not None else ""

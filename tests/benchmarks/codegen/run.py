@@ -3,8 +3,8 @@
   python tests/benchmarks/codegen/run.py [--json FILE]
 
 The network is k inputs -> 60 tanh -> 1, trained on the simulated linear rig; guest instructions
-per inference are counted under QEMU (see count.py), the worst error over 10 000 random inputs.
-Needs arm-none-eabi-gcc and qemu-system-arm.
+per inference are counted under QEMU (softsense.verify.instructions), the worst error over 10 000
+random inputs. Needs arm-none-eabi-gcc and qemu-system-arm.
 """
 
 from __future__ import annotations
@@ -17,16 +17,13 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path.insert(0, str(Path(__file__).parent))
-
-from count import CORES, Count, count
-
 from softsense.mlp import Mlp
 from softsense.quantise import Quantised, quantise
 from softsense.recording import Recording
 from softsense.select import select
 from softsense.simulate import linear_rig, simulate
 from softsense.train import fit
+from softsense.verify.instructions import CORES, Count, count, of_estimate
 from softsense_codegen import reference
 from softsense_codegen.generate import generate
 
@@ -86,7 +83,6 @@ def measure(size: int, recording: Recording) -> list[dict[str, object]]:
     x = rng.integers(low, high, size=(10_000, size), endpoint=True)
     fixed = reference.values(net, reference.estimate(net, x))
     error = float(np.abs(fixed - mlp.predict(x)).max()) / net.outputs[0].full_scale
-    inputs = ", ".join("{" + ", ".join(map(str, row)) + "}" for row in x[:64].tolist())
     rows: list[dict[str, object]] = []
     with tempfile.TemporaryDirectory(prefix="bench-") as scratch:
         for core in CORES:
@@ -94,9 +90,7 @@ def measure(size: int, recording: Recording) -> list[dict[str, object]]:
             for optimise in ("speed", "size"):
                 folder = Path(scratch) / optimise
                 generate(net, folder, codes, optimise=optimise)
-                setup = f'#include "ours.h"\nstatic const int16_t x[64][{size}] = {{{inputs}}};\n'
-                call = "int32_t y; ours_estimate(x[i & 63u], &y); sink = y"
-                found[optimise] = count(core, [folder / "ours.c"], setup, call)
+                found[optimise] = of_estimate(core, folder / "ours.c")
             float_inputs = ", ".join(
                 "{" + ", ".join(f"{v:.6f}f" for v in row) + "}"
                 for row in rng.uniform(-1, 1, size=(64, size)).tolist()

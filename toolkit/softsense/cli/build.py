@@ -14,7 +14,7 @@ import argparse
 from pathlib import Path
 
 from softsense.cli.console import Console
-from softsense.cli.options import add_recording, read_recording
+from softsense.cli.options import add_packages, add_recording, packages_of, read_recording
 
 HELP = "all of it in one go: from a recording to a verified estimator, with a report"
 
@@ -54,6 +54,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         choices=(0, 1),
         help="1: also a network without each sensor, for the day when that sensor fails",
     )
+    group = parser.add_argument_group("a budget: the best network that fits is chosen")
+    group.add_argument("--max-flash", type=int, metavar="BYTES", help="flash of code and tables")
+    group.add_argument("--max-cycles", type=int, metavar="N", help="instructions per estimate")
+    group.add_argument(
+        "--core", default="Cortex-M4F", help="that the budget is for (default Cortex-M4F)"
+    )
+    add_packages(parser)
     parser.add_argument(
         "--on",
         metavar="A,B,…",
@@ -67,7 +74,15 @@ def run(args: argparse.Namespace, console: Console) -> int:
     import json
 
     from softsense import pipeline
+    from softsense.errors import SoftsenseError
+    from softsense.verify.costs import TARGETS
 
+    budget = None
+    if args.max_flash is not None or args.max_cycles is not None:
+        cores = [target for target, _, _ in TARGETS]
+        if args.core not in cores:
+            raise SoftsenseError(f"there is no core {args.core!r}", remedy=", ".join(cores))
+        budget = pipeline.Budget(args.core, args.max_flash, args.max_cycles)
     recipe = pipeline.Recipe(
         size=args.size,
         hidden=args.hidden,
@@ -78,6 +93,8 @@ def run(args: argparse.Namespace, console: Console) -> int:
         bits=args.bits,
         optimise=args.optimise,
         fallback=bool(args.fallback),
+        packages=packages_of(args),
+        budget=budget,
     )
     if args.recording.suffix == ".toml":
         recording = pipeline.simulate_rig(args.recording, seed=args.seed)

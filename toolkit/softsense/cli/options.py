@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from softsense.recording import Recording
+    from softsense_codegen.packages import Package
 
 
 def add_recording(parser: argparse.ArgumentParser, sensors: bool = True) -> None:
@@ -57,3 +58,21 @@ def read_recording(args: argparse.Namespace, path: Path | None = None) -> Record
         adc_bits=args.adc_bits,
         front_end=args.front_end,
     )
+
+
+def add_packages(parser: argparse.ArgumentParser) -> None:
+    """Ways to hand the generated C on."""
+    group = parser.add_argument_group("hand the C on")
+    for name, text in (
+        ("arduino", "an Arduino library with an example, in OUT/arduino"),
+        ("cmake", "a CMakeLists.txt with a library target"),
+        ("platformio", "a library.json"),
+        ("vectors", "NAME_selftest.c, which runs the vectors on the device"),
+    ):
+        group.add_argument(f"--{name}", action="store_true", help=text)
+
+
+def packages_of(args: argparse.Namespace) -> tuple[Package, ...]:
+    """The packages that were asked for."""
+    names: tuple[Package, ...] = ("arduino", "cmake", "platformio", "vectors")
+    return tuple(name for name in names if getattr(args, name))

@@ -7,6 +7,7 @@ import re
 import shlex
 import shutil
 import subprocess
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -204,8 +205,10 @@ def channels(networks: list[Network]) -> tuple[str, ...]:
 
 def adc_bits(out: Path) -> int:
     """Word length of the codes that the model was trained with, from its front ends."""
-    entries = read_manifest(out)["inputs"]
-    found = [
-        re.search(r"(\d+)(?:-bit| bits)", str(entry.get("front_end", ""))) for entry in entries
-    ]
+    return code_bits(str(entry.get("front_end", "")) for entry in read_manifest(out)["inputs"])
+
+
+def code_bits(front_ends: Iterable[str]) -> int:
+    """Word length of the codes behind ``front_ends``, as they describe themselves; else 12."""
+    found = [re.search(r"(\d+)(?:-bit| bits)", text) for text in front_ends]
     return max((int(match[1]) for match in found if match), default=12)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -28,11 +28,13 @@ STATIC_SHARE = 0.02
 FORM_SHARE = 0.006
 # Standard deviation of a weight that physics fixes at 1, beside other effects.
 LEEWAY = 0.03
+OWN_RANDOM = 1.5
+# Sum of sizes over size of the sum of weights that should have one sign.
+CANCELLING = 2.0
 # A random walk follows all that is slow: it must be far better than what says why.
 WALK = "random_walk"
 WALK_PRICE = 0.5
 WALK_SHARE = 0.02
-WALK_REACH = 5
 BESIDE_WALK = 0.1
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
@@ -42,9 +44,21 @@ class Channel:
     """What the search needs of one channel; fits are made when they are asked for, and kept."""
 
     def __init__(
-        self, nominal: Nominal, residual: Floats, sigma: float, static: Floats, known: Sequence[str]
+        self,
+        nominal: Nominal,
+        residual: Floats,
+        sigma: float,
+        static: Floats,
+        known: Sequence[str],
+        own: float = 0.0,
     ) -> None:
-        """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis."""
+        """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
+
+        ``own``: mean square of what the simulation itself has beside its nominal signal. Where
+        that is more than noise (its random walks, its spikes), as much is no gap.
+        """
+        square = float(np.mean(residual**2))
+        self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
         found: dict[str, list[Entry]] = {}
@@ -88,7 +102,7 @@ class Channel:
                 found[name] = entries
                 continue
             numbers = {number for other, number in chosen if other == name}
-            numbers.add(self._choose((), 0, name, fixed=True))
+            numbers.add(self._choose((), 0, name, lambda candidate: candidate.fixed))
             kept = [entries[number] for number in sorted(numbers)]
             found[name] = [*kept]
             for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
@@ -171,8 +185,10 @@ class Channel:
             price += EFFECT_PRICE * self.samples * (1.0 + BESIDE_WALK * (len(fit.picks) - 1))
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess * min(len(fit.picks), 2)
         else:
-            price += EFFECT_PRICE * self.samples * len(fit.picks)
-            price += FORM_SHARE * self.excess * max(len(fit.picks) - 1, 0)
+            # Parts that cancel are as good as one effect more.
+            count = len(fit.picks) + len(self._cancelling(fit))
+            price += EFFECT_PRICE * self.samples * count
+            price += FORM_SHARE * self.excess * max(count - 1, 0)
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:
@@ -182,6 +198,8 @@ class Channel:
     @property
     def excess(self) -> float:
         """Squares of the residual beyond the noise, over its variance."""
+        if self.quiet:
+            return 0.0
         squares = float(self.design.total[-1, -1])
         return max(squares / self.sigma**2 - self.samples, 0.0)
 
@@ -245,19 +263,40 @@ class Channel:
                 for name in (last, *sorted(names - {last})) if len(names) > 1 else (last,):
                     rest = [(n, k) for n, k in picks.items() if n != name]
                     picks[name] = self._choose(rest, static, name)
-                made.append(self._fit(tuple(sorted(picks.items())), static))
+                fit = self._fit(tuple(sorted(picks.items())), static)
+                cancelling = self._cancelling(fit)
+                for name in cancelling:
+                    rest = [(n, k) for n, k in picks.items() if n != name]
+                    picks[name] = self._choose(rest, static, name, lambda c: not c.parallel)
+                made.append(fit)
+                if cancelling:
+                    made.append(self._fit(tuple(sorted(picks.items())), static))
         return min(made, key=self.price)
 
-    def _choose(self, picks: Sequence[Pick], static: int, name: str, fixed: bool = False) -> int:
-        """The candidate of an effect that fits best beside ``picks``; ``fixed``: of weight 1."""
+    def _cancelling(self, fit: Fit) -> list[str]:
+        """Effects whose weights ought to have one sign, and cancel."""
+        return [
+            pick[0]
+            for pick, weights in self.weighted(fit)
+            if self.entries[pick[0]][pick[1]].candidate.parallel
+            and float(np.abs(weights).sum()) > CANCELLING * abs(float(weights.sum()))
+        ]
+
+    def _choose(
+        self,
+        picks: Sequence[Pick],
+        static: int,
+        name: str,
+        allowed: Callable[[Candidate], bool] = lambda candidate: True,
+    ) -> int:
+        """The candidate of an effect, among those ``allowed``, that fits best beside ``picks``."""
         if name == WALK:
             return 0
         entries = self.entries[name]
         gains = self._design(picks).gains(*self._indices(picks, static), entries) / self.sigma**2
-        costs = np.array([0 if e.candidate.fixed else e.width for e in entries]) * WEIGHT_PRICE
-        if fixed:
-            costs = np.where([e.candidate.fixed for e in entries], 0.0, np.inf)
-        return int(np.argmax(gains - costs)) if np.isfinite(costs).any() else int(np.argmax(gains))
+        costs = WEIGHT_PRICE * np.array([0.0 if e.candidate.fixed else e.width for e in entries])
+        costs[[not allowed(entry.candidate) for entry in entries]] = np.inf
+        return int(np.argmax(gains - costs))
 
     def within(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with any of the effects ``names``, or none."""
@@ -292,13 +331,13 @@ class Channel:
         return result
 
 
-def without_slow(table: Floats) -> Floats:
-    """Columns (samples, p) less the mean of their neighbours within ``WALK_REACH`` samples.
+def without_slow(table: Floats, reach: int = 5) -> Floats:
+    """Columns (samples, p) less the mean of their neighbours within ``reach`` samples.
 
     Scaled so that white noise keeps its size.
     """
-    window = 2 * WALK_REACH + 1
-    total = np.cumsum(np.pad(table, ((window // 2 + 1, window // 2), (0, 0)), mode="edge"), axis=0)
+    window = 2 * reach + 1
+    total = np.cumsum(np.pad(table, ((reach + 1, reach), (0, 0)), mode="edge"), axis=0)
     around = (total[window:] - total[:-window] - table) / (window - 1)
     fast: Floats = (table - around) / np.sqrt(1.0 + 1.0 / (window - 1))
     return fast

@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
 from softsense.diagnose.channel import WALK, Channel, explained, without_slow
@@ -31,6 +32,7 @@ from softsense.diagnose.nominal import (
 from softsense.diagnose.search import Model, search
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
+from softsense.notebook import Shown
 from softsense.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -70,8 +72,8 @@ class Past:
     start_s: float
 
 
-@dataclass(frozen=True)
-class Diagnosis:
+@dataclass(frozen=True, repr=False)
+class Diagnosis(Shown):
     """What was found: ``data`` is diagnosis.json, and ``augmented`` (samples, channels) codes.
 
     ``traces`` and ``static`` (channels, p) with the ``past`` let it be applied to another motion.
@@ -104,6 +106,25 @@ class Diagnosis:
             }
         )
 
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        after = self.data["after"]
+        found = [
+            (
+                effect["name"],
+                f"{effect['kind']} on {' '.join(effect['channels'])}, "
+                f"confidence {effect['confidence']:.2f}",
+            )
+            for effect in self.data["effects"]
+        ]
+        if self.data["unexplained"]["unknown_effect"]:
+            found.append(("unknown", f"{self.data['unexplained']['share']:.0%} of the gap"))
+        return [
+            ("gap", "yes" if self.data["gap"]["present"] else "none beyond the noise"),
+            *found,
+            ("closed", f"{after['shrink']:.3f} of the excess gap on held-out time"),
+        ]
+
 
 def diagnose(
     sim: Recording, real: Recording, *, seed: int = 0, without: Sequence[str] = ()
@@ -122,15 +143,18 @@ def diagnose(
     smooth = denoise(sim.codes.astype(np.float64), motion)
     residual = real.codes.astype(np.float64) - smooth
     known = [name for name in (*all_effects(), WALK) if name not in without]
-    channels = _channels(smooth, motion, residual, sim.adc_bits, known)
-    models = search(channels, known)
-    found = variance.findings(_left(channels, models[0]), sim.codes, motion, models[0].names)
+    own = ((sim.codes - smooth) ** 2).mean(axis=0)
+    channels = _channels(smooth, motion, residual, own, sim.adc_bits, known)
+    models = _searched(channels, known)
+    found = variance.findings(
+        _left(channels, models[0]), sim.codes - smooth, motion, bool(models[0].names)
+    )
     found = [finding for finding in found if finding.name not in without]
     clean = variance.cleaned(residual, found, motion)
     if clean is not residual:
         # Spikes and lines had been taken for noise: look again without them.
-        channels = _channels(smooth, motion, clean, sim.adc_bits, known)
-        models = search(channels, known)
+        channels = _channels(smooth, motion, clean, own, sim.adc_bits, known)
+        models = _searched(channels, known)
     from softsense.diagnose.telling import tell
 
     return tell(sim, real, motion, smooth, channels, models, found, seed)
@@ -268,13 +292,21 @@ def _curve(motion: Motion) -> Floats:
     return spline_basis(motion.strain, STATIC_KNOTS)
 
 
+def _searched(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
+    # Thousands of small solves: more threads only get in each other's way.
+    with threadpool_limits(limits=1, user_api="blas"):
+        return search(channels, known)
+
+
 def _channels(
-    smooth: Floats, motion: Motion, residual: Floats, bits: int, known: Sequence[str]
+    smooth: Floats, motion: Motion, residual: Floats, own: Floats, bits: int, known: Sequence[str]
 ) -> list[Channel]:
     sigma, curve = noise_rms(residual), _curve(motion)
     made = nominals(smooth, motion, bits, reference_of(smooth, motion))
     return [
-        Channel(nominal, residual[:, number], float(sigma[number]), curve, known)
+        Channel(
+            nominal, residual[:, number], float(sigma[number]), curve, known, float(own[number])
+        )
         for number, nominal in enumerate(made)
     ]
 

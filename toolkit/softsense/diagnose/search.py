@@ -86,7 +86,7 @@ def _composed(channels: Sequence[Channel], made: Model) -> Model:
 
 
 def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
-    names = sorted({*known, WALK})
+    names = sorted(known)
     none = model(channels, frozenset())
     singles = _by_price(model(channels, frozenset({name})) for name in names)
     pairs = _by_price(

@@ -35,8 +35,9 @@ SIMILAR = 0.01
 # A gap of this many noise variances per sample of a channel, of which so much is left, is unknown.
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
-# Share of a random walk that the history of the motion may tell by chance.
-DRIVEN = 0.4
+# Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
+DRIVEN = 0.5
+FAST = 100
 # A simulator has a mechanism where it shows by this many times the noise; a gap is of its kind
 # where so much of it is said by the same few columns.
 RETUNE_SHOWN = 1.0
@@ -170,10 +171,13 @@ def _no_walk(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
         if variance.jerky(walk):
             return True
         history = history_basis(motion.strain, motion.dt_s)
-        box = Design(np.concatenate([history, walk[:, None]], axis=1))
+        # What is slow, a walk and the history share by chance.
+        table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
         width = history.shape[1]
-        errors, _ = box.fit(range(width), (), np.full(width, channel.sigma**2))
-        if 1.0 - float(errors.sum() / (walk**2).sum()) > DRIVEN:
+        errors, _ = Design(table).fit(range(width), (), np.full(width, channel.sigma**2))
+        noise = len(walk) * channel.sigma**2
+        told = float((table[:, -1] ** 2).sum() - errors.sum())
+        if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:
             return True
     return False
 

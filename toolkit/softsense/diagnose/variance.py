@@ -31,18 +31,20 @@ class Finding:
     what: str
 
 
-def findings(
-    left: Floats, sim: NDArray[np.int32], motion: Motion, explained: frozenset[str]
-) -> list[Finding]:
-    """Test the leftovers ``left`` (samples, channels) in codes.
+def findings(left: Floats, own: Floats, motion: Motion, explained: bool) -> list[Finding]:
+    """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
-    ``explained``: effects that have been taken out, whose form being only nearly right leaves
-    edges and ripples: spikes and lines must then stand out more.
+    ``explained``: an effect has been taken out, whose form being only nearly right leaves edges
+    and ripples: spikes and lines must then stand out more.
     """
     result = []
     unevenness = 4.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
-    spiky = [c for c in range(left.shape[1]) if _spikes(left[:, c]).sum() >= enough]
+    spiky = [
+        c
+        for c in range(left.shape[1])
+        if _spikes(left[:, c]).sum() >= enough + 2 * _spikes(own[:, c]).sum()
+    ]
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
     lines = {
@@ -54,16 +56,22 @@ def findings(
     if lines:
         frequency = float(np.median(list(lines.values())))
         result.append(Finding("interference", tuple(lines), frequency, "frequency_hz"))
-    own, other = noise_rms(left), noise_rms(sim.astype(np.float64))
+    here, there = noise_rms(left), noise_rms(own)
     loud = [
         c
         for c in range(left.shape[1])
         if c not in spiky
         and c not in lines
-        and (own[c] > NOISE_FACTOR * max(other[c], 1.0) or _uneven(left[:, c], motion, unevenness))
+        and (
+            here[c] > NOISE_FACTOR * max(there[c], 1.0)
+            or (
+                _uneven(left[:, c], motion, unevenness)
+                and not _uneven(own[:, c], motion, unevenness)
+            )
+        )
     ]
     if loud:
-        result.append(Finding("noise", tuple(loud), float(own[loud].max()), "rms_codes"))
+        result.append(Finding("noise", tuple(loud), float(here[loud].max()), "rms_codes"))
     return result
 
 

@@ -166,14 +166,16 @@ class Nominal:
 class Candidate:
     """What an effect would add to a channel's codes, up to weights: ``columns`` (samples, p).
 
-    ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``values``: the
-    parameters that the columns were made with.
+    ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``parallel``: the weights
+    have one sign by physics (all parts relax); where they cancel, something else is mimicked.
+    ``values``: the parameters that the columns were made with.
     """
 
     columns: Floats
     values: Mapping[str, float]
     form: str = ""
     fixed: bool = False
+    parallel: bool = False
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -57,7 +57,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     ]
     for ladder in ((1.0, 10.0, 100.0), (0.6, 3.0, 15.0, 75.0), (0.6, 1.5, 4.0, 12.0, 36.0, 120.0)):
         columns = np.concatenate([relaxed(tau) for tau in ladder], axis=1)
-        result.append(Candidate(columns, {}, "prony"))
+        result.append(Candidate(columns, {}, "prony", parallel=True))
     return result
 
 

@@ -13,6 +13,7 @@ from softsense.recording import Recording
 from softsense.report import charts
 from softsense.report.page import Figure, Table, write_page
 from softsense.select import Ranking
+from softsense.verify.costs import HEADER as COST_HEADER
 from softsense.verify.costs import Cost
 
 Floats = NDArray[np.float64]
@@ -149,8 +150,7 @@ def write_export_report(
     ]
     if costs:
         figures.append(_cost_figure(costs))
-    rows = [(c.target, str(c.flash), str(c.ram), str(c.stack)) for c in costs]
-    table = Table("cost in bytes", ("core", "flash", "static RAM", "stack"), rows)
+    table = Table("cost", COST_HEADER, [cost.row for cost in costs])
     code = (out / f"{name}.h").read_text()
     return write_page(out, f"{name}: export", verdict, figures, [table], code)
 

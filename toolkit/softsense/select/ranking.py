@@ -21,6 +21,7 @@ from softsense.information import (
     nearest_neighbour,
     subset_entropies,
 )
+from softsense.notebook import Shown
 from softsense.recording import Recording
 from softsense.select import coverage, greedy, polynomial
 
@@ -74,8 +75,8 @@ class Single:
     entropy_bits: float
 
 
-@dataclass(frozen=True)
-class Ranking:
+@dataclass(frozen=True, repr=False)
+class Ranking(Shown):
     """What every sensor and every ranked subset tells.
 
     ``dissimilarity_bits``: [i, j] is I(Xj;Y|Xi), what sensor j adds to sensor i (plug-in).
@@ -147,15 +148,29 @@ class Ranking:
             "seconds": self.seconds,
         }
 
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        best = [(f"best {size}", " ".join(sensors)) for size, sensors in sorted(self.best.items())]
+        return [("subsets", f"{len(self.subsets)} ({self.method})"), *best]
 
-@dataclass(frozen=True)
-class Selection:
+
+@dataclass(frozen=True, repr=False)
+class Selection(Shown):
     """The chosen sensors, and the alternatives of the same size (best first, itself included)."""
 
     sensors: tuple[str, ...]
     score: float
     mi_bits: float
     ranking: tuple[Subset, ...]
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("sensors", " ".join(self.sensors)),
+            ("score", f"{self.score:.4g}"),
+            ("mutual information", f"{self.mi_bits:.3f} bit"),
+            ("next best", " ".join(self.ranking[1].sensors) if len(self.ranking) > 1 else "none"),
+        ]
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from threadpoolctl import threadpool_limits
 from softsense import recording
 from softsense.errors import SoftsenseError
 from softsense.mlp import Layer, Mlp, MlpInput, MlpOutput
+from softsense.notebook import Shown
 from softsense.recording import Recording, Split
 from softsense.select import Selection
 from softsense.train.levenberg_marquardt import Outcome, Weights, descend, nguyen_widrow
@@ -27,8 +28,8 @@ DECAY = 1e-3
 PATIENCE = 20
 
 
-@dataclass(frozen=True)
-class Fit:
+@dataclass(frozen=True, repr=False)
+class Fit(Shown):
     """A trained network and how good it is.
 
     ``rmse``: "train", "validation", "test" to one root mean square error per target, in the
@@ -52,6 +53,18 @@ class Fit:
     def sensors(self) -> tuple[str, ...]:
         """Names of the network's inputs, in order."""
         return tuple(i.name for i in self.mlp.inputs)
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        units = [f" {output.unit}" if output.unit != "1" else "" for output in self.mlp.outputs]
+        return [
+            ("network", repr(self.mlp)),
+            *(
+                (f"RMSE {part}", ", ".join(f"{v:.4g}{u}" for v, u in zip(rmse, units, strict=True)))
+                for part, rmse in self.rmse.items()
+            ),
+            ("stopped", f"{self.status} after {self.epochs} epochs, best of {self.restarts}"),
+        ]
 
 
 def fit(

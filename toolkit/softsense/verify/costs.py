@@ -1,4 +1,4 @@
-"""What the generated C costs on each target whose compiler is here: flash, static RAM, stack."""
+"""What the generated C costs on each target whose compiler is here: flash, RAM, instructions."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softsense.errors import SoftsenseError
+from softsense.verify.instructions import countable, of_estimate
 
 # name, compiler, flags. Sizes are of NAME.c alone; it needs no library.
 TARGETS = (
@@ -26,25 +27,47 @@ TARGETS = (
     ("host", "gcc", ""),
 )
 
+HEADER = ("core", "flash", "static RAM", "stack", "instructions")
+
 
 @dataclass(frozen=True)
 class Cost:
-    """Bytes on one target: ``flash`` (code and constants), ``ram`` (static), ``stack``."""
+    """Bytes on one target: ``flash`` (code and constants), ``ram`` (static), ``stack``.
+
+    ``instructions`` of one estimate, None where no emulator here counts them.
+    """
 
     target: str
     flash: int
     ram: int
     stack: int
+    instructions: int | None = None
+
+    @property
+    def line(self) -> str:
+        """For the header."""
+        counted = f", {self.instructions} instructions" if self.instructions is not None else ""
+        return f"{self.target}: {self.flash} bytes of flash, {self.stack} of stack{counted} (-O2)"
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """For tables, under ``HEADER``."""
+        counted = "-" if self.instructions is None else str(self.instructions)
+        return (self.target, f"{self.flash} B", f"{self.ram} B", f"{self.stack} B", counted)
 
 
-def measure_costs(source: Path) -> tuple[Cost, ...]:
+def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
     """Compile ``source`` (NAME.c, beside NAME.h) with -O2 for every target that can be.
+
+    ``only``: for this one of ``TARGETS``.
 
     Raises ``SoftsenseError`` where a compiler refuses it.
     """
     costs = []
     for target, compiler, flags in TARGETS:
         size_tool = compiler.replace("gcc", "size")
+        if only not in (None, target):
+            continue
         if shutil.which(compiler) is None or shutil.which(size_tool) is None:
             continue
         with tempfile.TemporaryDirectory(prefix="softsense-") as scratch:
@@ -72,7 +95,8 @@ def measure_costs(source: Path) -> tuple[Cost, ...]:
                 [size_tool, "-A", str(made)], capture_output=True, text=True, check=True
             ).stdout
             usage = made.with_suffix(".su").read_text()
-        costs.append(Cost(target, *_sections(sizes), _stack(usage)))
+        counted = round(of_estimate(target, source).instructions) if countable(target) else None
+        costs.append(Cost(target, *_sections(sizes), _stack(usage), counted))
     return tuple(costs)
 
 

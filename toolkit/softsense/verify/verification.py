@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.errors import SoftsenseError
+from softsense.notebook import Shown
 from softsense.verify.folder import ExportFolder, read_folder
 from softsense.verify.host import compilers, host_program
 from softsense.verify.runtime import OnnxModel
@@ -45,8 +46,8 @@ class Comparison:
     """The first mismatch: codes, expected, answered."""
 
 
-@dataclass(frozen=True)
-class Verification:
+@dataclass(frozen=True, repr=False)
+class Verification(Shown):
     """All comparisons, and the fixed-point estimate against the float ONNX."""
 
     digest: str
@@ -76,6 +77,14 @@ class Verification:
             },
             "fixed_vs_float": self.fixed_vs_float,
         }
+
+    def summary(self) -> list[tuple[str, str]]:
+        """What a terminal or a notebook shows of it."""
+        return [
+            ("good", "yes" if self.good else "no"),
+            *((c.evaluator, f"{c.mismatches} of {c.compared} differ") for c in self.comparisons),
+            ("worst |fixed - float|", f"{self.fixed_vs_float['max_abs']:.3g}"),
+        ]
 
 
 class _Reference:

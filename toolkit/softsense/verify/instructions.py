@@ -7,10 +7,14 @@ empty loop, give the count to a fraction of an instruction.
 
 from __future__ import annotations
 
+import re
+import shutil
 import subprocess
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
+
+from softsense.errors import SoftsenseError
 
 # name: QEMU machine, compiler flags. ARMv6-M code runs unchanged on the Cortex-M3 machine.
 CORES = {
@@ -78,6 +82,35 @@ class Count:
     flash: int
 
 
+def countable(core: str) -> bool:
+    """Whether this machine can count on ``core``."""
+    tools = ("arm-none-eabi-gcc", "arm-none-eabi-size", "qemu-system-arm")
+    return core in CORES and all(shutil.which(tool) for tool in tools)
+
+
+def of_estimate(core: str, source: Path) -> Count:
+    """Instructions of one NAME_estimate() of ``source`` (NAME.c beside NAME.h), over its range."""
+    name = source.stem
+    text = source.with_suffix(".h").read_text(encoding="utf-8")
+    found = re.search(rf"#define {name}_INPUTS (\d+)", text)
+    if found is None:
+        raise SoftsenseError(f"does not define {name}_INPUTS", where=f"{name}.h")
+    rows = ", ".join(
+        "{"
+        + ", ".join(
+            # Sensors sweep their ranges at different paces.
+            f"{name}_INPUT{i}_LOW + ({name}_INPUT{i}_HIGH - {name}_INPUT{i}_LOW) * "
+            f"{j * (2 * i + 1) % 64} / 63"
+            for i in range(int(found[1]))
+        )
+        + "}"
+        for j in range(64)
+    )
+    setup = f'#include "{name}.h"\nstatic const int16_t x[64][{name}_INPUTS] = {{{rows}}};\n'
+    setup += f"static int32_t y[{name}_OUTPUTS];\n"
+    return count(core, [source], setup, f"{name}_estimate(x[i & 63u], y); sink = y[0]")
+
+
 def count(
     core: str,
     sources: list[Path],
@@ -115,26 +148,38 @@ int main(void)
         (folder / "main.c").write_text(START + main)
         (folder / "link.ld").write_text(SCRIPT)
         cc = ["arm-none-eabi-gcc", *flags.split(), optimise, "-std=gnu11", "-ffreestanding"]
-        objects = []
+        objects: list[str] = []
         flash = 0
         for source in sources:
             made = folder / f"{source.stem}.o"
-            subprocess.run([*cc, "-ffunction-sections", "-c", source, "-o", made], check=True)
-            objects.append(made)
+            subprocess.run(
+                [*cc, "-ffunction-sections", "-c", str(source.resolve()), "-o", str(made)],
+                check=True,
+            )
+            objects.append(str(made))
             said = subprocess.run(
                 ["arm-none-eabi-size", made], capture_output=True, text=True, check=True
             ).stdout.splitlines()[1]
             text, data, _ = (int(part) for part in said.split()[:3])
             flash += text + data
-        include = [f"-I{source.parent}" for source in sources]
+        include: list[str] = [f"-I{source.resolve().parent}" for source in sources]
         image = folder / "image.elf"
         subprocess.run(
-            [*cc, *include, "-nostartfiles", "-Wl,--gc-sections", "-T", folder / "link.ld"]
-            + [folder / "main.c", *objects, "-o", image, *libraries, "-lgcc"],
+            [*cc, *include, "-nostartfiles", "-Wl,--gc-sections", "-T", str(folder / "link.ld")]
+            + [str(folder / "main.c"), *objects, "-o", str(image), *libraries, "-lgcc"],
             check=True,
         )
         done = subprocess.run(
-            ["qemu-system-arm", "-M", machine, "-kernel", image, "-nographic", "-icount", "shift=0"]
+            [
+                "qemu-system-arm",
+                "-M",
+                machine,
+                "-kernel",
+                str(image),
+                "-nographic",
+                "-icount",
+                "shift=0",
+            ]
             + ["-semihosting-config", "enable=on,target=native", "-monitor", "none"],
             capture_output=True,
             text=True,
