@@ -186,6 +186,23 @@ def test_an_uneven_target_is_told_and_can_be_evened() -> None:
     assert rank(gaussians(0.5, 2, 500), 1).to_dict()["best"]["1"][0] in {"s1", "s2"}
 
 
+def test_a_clock_helps_between_known_samples_but_not_in_an_unseen_stretch() -> None:
+    rng = np.random.default_rng(6)
+    clock = np.linspace(-1, 1, 3000)
+    y = rng.uniform(-1, 1, 3000)
+    rec = as_recording(np.stack([y + 0.5 * np.sin(5 * clock), clock], axis=1), y)
+    stretches, samples = (rank(rec, unseen=unseen) for unseen in ("stretches", "samples"))
+    scores = [{s.sensors: s.score for s in r.subsets} for r in (stretches, samples)]
+    assert scores[1][("s1", "s2")] > scores[0][("s1", "s2")] + 0.5
+    assert scores[1][("s1",)] == pytest.approx(scores[0][("s1",)], abs=0.1)
+    # What counts states does not look at their order.
+    plug_in = [{s.sensors: s.mi_bits for s in r.subsets} for r in (stretches, samples)]
+    assert plug_in[0] == pytest.approx(plug_in[1], abs=1e-12)
+    assert samples.to_dict()["subsets"] == rank(rec, unseen="samples").to_dict()["subsets"]
+    with pytest.raises(SoftsenseError, match="unseen 'rows'"):
+        rank(rec, unseen="rows")
+
+
 def test_what_cannot_be_ranked_is_refused() -> None:
     rec = gaussians(0.5, 3, 500)
     with pytest.raises(SoftsenseError, match="cannot choose 4 of 3"):

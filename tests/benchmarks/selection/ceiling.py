@@ -78,7 +78,8 @@ def ceilings(rig: int, split: str, starts: int, jobs: int) -> list[dict[str, Any
     """A row per size of subset."""
     rec = rig_recording(rig)
     rows = recording.split(len(rec), split, 0)
-    ranking = rank(rec.rows(np.sort(np.concatenate([rows.train, rows.validation]))))
+    known = rec.rows(np.sort(np.concatenate([rows.train, rows.validation])))
+    ranking = rank(known, unseen="samples" if split == "random" else "stretches")
     runs = [(0, start) for start in range(starts)] + [(1, 0)]
     names = [s.sensors for s in reversed(ranking.subsets) if len(s.sensors) < len(rec.sensors)]
     tasks = [(rig, split, *one, sensors) for one in runs for sensors in names]

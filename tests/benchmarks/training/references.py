@@ -203,11 +203,22 @@ def every_subset(rec: Recording, epochs: int) -> list[dict[str, Any]]:
     """Wall and CPU time of all subsets, on every core."""
     jobs = os.cpu_count() or 1
     with tempfile.TemporaryDirectory() as folder:
-        begin = time.perf_counter()
+        before, begin = os.times(), time.perf_counter()
         trained = fit_all(rec, Path(folder), Settings(max_epochs=epochs), jobs=jobs)
-        wall = time.perf_counter() - begin
-    mean = float(np.mean([one.epochs for one in trained]))
-    return [{"networks": len(trained), "jobs": jobs, "wall_s": wall, "mean_epochs": mean}]
+        wall, after = time.perf_counter() - begin, os.times()
+    # of this process and its finished workers; other load does not count here, as it does in wall
+    cpu = sum(after[:4]) - sum(before[:4])
+    return [
+        {
+            "networks": len(trained),
+            "jobs": jobs,
+            "wall_s": wall,
+            "cpu_s": cpu,
+            "mean_epochs": float(np.mean([one.epochs for one in trained])),
+            "epoch_limit": sum(one.status == "epoch limit" for one in trained),
+            "geometric_mean_mse": float(np.exp(-np.mean([np.log(t.accuracy) for t in trained]))),
+        }
+    ]
 
 
 def show(title: str, rows: list[dict[str, Any]]) -> None:

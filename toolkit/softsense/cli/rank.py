@@ -41,6 +41,13 @@ def arguments(parser: argparse.ArgumentParser) -> None:
         help="make the target cover its range evenly: count rare values more (weight), or thin "
         "out frequent ones (resample)",
     )
+    parser.add_argument(
+        "--unseen",
+        default="stretches",
+        choices=("stretches", "samples"),
+        help="test the score on stretches of time (default), as a device meets them, or on single "
+        "samples, which foretells a random split of rows",
+    )
     parser.add_argument("--top", type=int, default=3, help="subsets shown per size (default 3)")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the JSON here")
 
@@ -58,6 +65,7 @@ def run(args: argparse.Namespace, console: Console) -> int:
         args.max_size,
         criterion=args.criterion,
         uniform=args.uniform,
+        unseen=args.unseen,
         seed=args.seed,
     )
     for warning in ranking.warnings:

@@ -40,14 +40,16 @@ class Basis:
     def features(self, x: Floats) -> Floats:
         """(samples, features) for sensors (samples, sensors) in [-1, 1]."""
         degree = int(self.exponents.max(initial=0))
-        chebyshev = [np.ones_like(x), x]
+        columns = np.ascontiguousarray(x.T)
+        chebyshev = [np.ones_like(columns), columns]
         for _ in range(2, degree + 1):
-            chebyshev.append(2 * x * chebyshev[-1] - chebyshev[-2])
-        result = np.ones((len(x), len(self.exponents)))
-        for number, row in enumerate(self.exponents):
+            chebyshev.append(2 * columns * chebyshev[-1] - chebyshev[-2])
+        # Feature by feature in memory: each is then a product of whole rows.
+        result = np.ones((len(self.exponents), len(x)))
+        for feature, row in zip(result, self.exponents, strict=True):
             for sensor in np.flatnonzero(row):
-                result[:, number] *= chebyshev[row[sensor]][:, sensor]
-        return result
+                feature *= chebyshev[row[sensor]][sensor]
+        return result.T
 
 
 def basis(sensors: int, degree: int = DEGREE) -> Basis:
@@ -95,10 +97,11 @@ def moments(x: Floats, y: Floats, weights: Floats, degree: int = DEGREE) -> Mome
     features, gram, cross, square, mass = [], [], [], [], []
     for part in np.array_split(np.arange(len(x)), FOLDS):
         own = products.features(x[part])
-        weighted = own * weights[part, None]
+        root = np.sqrt(weights[part, None])
+        rooted = own * root
         features.append(own)
-        gram.append(weighted.T @ own)
-        cross.append(weighted.T @ y[part])
+        gram.append(rooted.T @ rooted)  # a product with itself: numpy makes but half of it
+        cross.append(rooted.T @ (y[part] * root))
         square.append(float(np.sum(y[part] ** 2 * weights[part, None])))
         mass.append(float(weights[part].sum()))
     return Moments(

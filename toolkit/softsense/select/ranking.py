@@ -29,6 +29,7 @@ Floats = NDArray[np.float64]
 
 CRITERIA = ("score", "cmim", "jmi")
 UNIFORM = ("none", "weight", "resample")
+UNSEEN = ("stretches", "samples")
 # Up to here every subset is scored (2^10 - 1 of them, 1001 features); beyond, forward selection.
 EXHAUSTIVE_SENSORS = 10
 GREEDY_SIZE = 7
@@ -191,6 +192,7 @@ def rank(
     *,
     criterion: str = "score",
     uniform: str = "none",
+    unseen: str = "stretches",
     seed: int = 0,
 ) -> Ranking:
     """Rank the subsets of up to ``max_size`` sensors.
@@ -200,12 +202,17 @@ def rank(
     sensors unless ``max_size`` says otherwise. ``uniform``: "weight" counts rare values of the
     target more, "resample" thins frequent ones (drawn by ``seed``).
 
+    ``unseen``: what the score is tested on. "stretches" of time, as a device meets them, or single
+    "samples" (drawn by ``seed``) between others that it knows: that foretells a network whose rows
+    are split at random, and flatters as such a split does.
+
     Raises ``SoftsenseError`` for a recording that cannot be ranked, or a wrong choice.
     """
-    if criterion not in CRITERIA or uniform not in UNIFORM:
+    if criterion not in CRITERIA or uniform not in UNIFORM or unseen not in UNSEEN:
+        choices = "; ".join(", ".join(names) for names in (CRITERIA, UNIFORM, UNSEEN))
         raise SoftsenseError(
-            f"criterion {criterion!r}, uniform {uniform!r}",
-            remedy=f"choose from {', '.join(CRITERIA)} and {', '.join(UNIFORM)}",
+            f"criterion {criterion!r}, uniform {uniform!r}, unseen {unseen!r}",
+            remedy=f"choose from {choices}",
         )
     rec.require_usable()
     if max_size is not None:
@@ -213,6 +220,9 @@ def rank(
     if uniform == "resample":
         rec = rec.rows(coverage.uniform_rows(rec.target, seed))
         rec.require_usable()
+    if unseen == "samples":
+        # In this order contiguous folds are samples from everywhere; all else is free of order.
+        rec = rec.rows(np.random.default_rng(seed).permutation(len(rec)))
     weights = coverage.uniform_weights(rec.target) if uniform == "weight" else np.ones(len(rec))
     exhaustive = len(rec.sensors) <= EXHAUSTIVE_SENSORS and criterion == "score"
     size = min(GREEDY_SIZE, len(rec.sensors)) if max_size is None else max_size
