@@ -12,6 +12,7 @@ Up to ten sensors every subset is scored; beyond, forward selection looks for go
 from __future__ import annotations
 
 import argparse
+from math import log
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -84,10 +85,23 @@ def show(ranking: Ranking, top: int, console: Console) -> None:
     """Singles, dissimilarity, and the best subsets of each size."""
     names = tuple(ranking.singles)
     console.table(
-        ("sensor", "mi / bit", "entropy / bit"),
-        [(n, f"{s.mi_bits:.3f}", f"{s.entropy_bits:.3f}") for n, s in ranking.singles.items()],
+        ("sensor", "mi / bit", "mi / nat", "entropy / bit"),
+        [
+            (n, f"{s.mi_bits:.3f}", f"{s.mi_bits * log(2):.3f}", f"{s.entropy_bits:.3f}")
+            for n, s in ranking.singles.items()
+        ],
         title=f"each sensor alone (the target's entropy is {ranking.target_entropy_bits:.3f} bit)",
     )
+    pairs = sorted(ranking.of_size(2), key=lambda pair: -pair.mi_bits)
+    if pairs and len(names) <= 12:
+        console.table(
+            ("pair", "mi / bit", "mi / nat"),
+            [
+                (" ".join(pair.sensors), f"{pair.mi_bits:.3f}", f"{pair.mi_bits * log(2):.3f}")
+                for pair in pairs
+            ],
+            title="each pair, by the measure of the raw codes",
+        )
     if len(names) <= 12:
         console.table(
             ("known", *names),
