@@ -7,7 +7,7 @@ USER_STAMP := $(VENV)/.installed
 TEST_STAMP := $(VENV)/.installed-test
 JOBS   ?= 2
 
-.PHONY: demo test lint bench system clean
+.PHONY: demo test lint coverage bench system clean
 
 demo: $(USER_STAMP)
 	$(BIN)/softsense simulate linear -o out/demo/linear.csv
@@ -18,6 +18,9 @@ test: system $(TEST_STAMP)
 
 lint: $(TEST_STAMP)
 	$(BIN)/ruff check . && $(BIN)/ruff format --check . && $(BIN)/mypy
+
+coverage: system $(TEST_STAMP)
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --cov=softsense --cov=softsense_codegen $(PYTEST)
 
 bench: $(TEST_STAMP)
 	$(BIN)/python tests/benchmarks/run.py

@@ -219,3 +219,35 @@ def test_every_effect_that_explains_says_finite_columns() -> None:
             assert candidate.columns.shape[0] == len(x), name
             assert np.isfinite(candidate.columns).all(), name
             assert not candidate.fixed or candidate.columns.shape[1] == 1, name
+
+
+@pytest.mark.parametrize(
+    ("effect", "place", "true"),
+    [
+        ("lag", "electrical", {"tau_s": 0.06}),
+        ("relaxation", "response", {"amplitude": 0.1, "tau_s": 8.0}),
+        ("drift", "response", {"amplitude": 0.08, "tau_s": 60.0}),
+    ],
+)
+def test_the_effect_goes_back_into_the_rig(
+    effect: str, place: str, true: dict[str, float], tmp_path: Path, capsys
+) -> None:
+    from softsense.simulate import read_rig, run
+    from softsense.simulate.rig import Placed
+
+    rig = ss.linear_rig(3)
+    # What is random in a simulator is not the same twice.
+    rig = replace(rig, effects=tuple(e for e in rig.effects if e.name != "random_walk"))
+    hidden = Placed(effect, place, dict(true), channels=("s1", "s3"))
+    (tmp_path / "rig.toml").write_text(rig.to_toml())
+    lab = replace(rig, effects=(*rig.effects, hidden))
+    ss.write(ss.simulate(lab, samples=4000, seed=5), tmp_path / "real.csv")
+    command = ["diagnose", str(tmp_path / "rig.toml"), str(tmp_path / "real.csv"), "-q"]
+    assert main([*command, "-o", str(tmp_path / "gap")]) == 0
+    assert f"rig.toml has {effect} on s1, s3" in capsys.readouterr().out
+    made = read_rig(tmp_path / "gap" / "rig.toml")
+    added = next(one for one in made.effects[len(rig.effects) :] if one.name == effect)
+    assert (added.name, added.at, added.channels) == (effect, place, ("s1", "s3"))
+    strain = random_motion(3000, 1.0 / rig.rate_hz, 9)
+    truth, before, after = (run(one, strain).codes.astype(float) for one in (lab, rig, made))
+    assert np.std(truth - after) < 0.35 * np.std(truth - before)

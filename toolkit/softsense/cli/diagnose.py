@@ -4,7 +4,8 @@
   softsense diagnose rig.toml real.csv -o gap/          the rig is run on the real motion
   softsense diagnose nominal.csv later.csv --calibrate -o gap/
 
-Writes diagnosis.json, augmented.csv, report.html and what `softsense augment` needs.
+Writes diagnosis.json, augmented.csv, report.html and what `softsense augment` needs; where a rig
+was run, also rig.toml with the diagnosed effects in it, for `softsense build rig.toml`.
 """
 
 from __future__ import annotations
@@ -34,22 +35,27 @@ def arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace, console: Console) -> int:
     """Diagnose, write, and say the verdict."""
     from softsense.diagnose import diagnose
-    from softsense.diagnose.folder import calibrated, diagnose_rig, verdict, write
+    from softsense.diagnose.folder import calibrated, carry_over, on_motion_of, verdict, write
+    from softsense.simulate import read_rig
 
     real = read_recording(args, args.real)
+    rig = None
     if args.sim.suffix == ".toml":
-        sim, result = diagnose_rig(args.sim, real, args.seed)
+        rig = read_rig(args.sim)
     elif args.calibrate:
         console.say("fit a simulator to the first recording")
-        sim = calibrated(read_recording(args, args.sim), real, args.seed)
-        result = diagnose(sim, real, seed=args.seed)
-    else:
-        sim = read_recording(args, args.sim)
-        result = diagnose(sim, real, seed=args.seed)
+        rig = calibrated(read_recording(args, args.sim))
+    sim = read_recording(args, args.sim) if rig is None else on_motion_of(real, rig, args.seed)
+    result = diagnose(sim, real, seed=args.seed)
     write(result, sim, real, args.output)
+    carried = () if rig is None else carry_over(result, rig, sim, args.output)
     if args.json:
         print(result.to_json(), end="")
-    else:
-        print(verdict(result))
-        print(f"report: {args.output / 'report.html'}")
+        return 0
+    print(verdict(result))
+    for one in carried:
+        where = ", ".join(one.placed.channels)
+        share = f"{100 * one.share:.0f} % of what was diagnosed"
+        print(f"rig.toml has {one.placed.name} on {where}: {share}")
+    print(f"report: {args.output / 'report.html'}")
     return 0

@@ -197,6 +197,13 @@ def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:
     return replace(sim, codes=made, name=f"{sim.name}_augmented")
 
 
+def change_of(diagnosis: Diagnosis, bits: int) -> Floats:
+    """(samples, channels) codes that the diagnosed effects add on the motion of the diagnosis."""
+    past = diagnosis.past
+    motion = motion_of(past.target, past.dt_s, past.start_s, None)
+    return _apply(diagnosis, past.codes, motion, bits)
+
+
 def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> Floats:
     """Codes (samples, channels) that the diagnosed effects add."""
     change = np.zeros_like(smooth)

@@ -6,16 +6,21 @@ import io
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 from zipfile import BadZipFile
 
 import numpy as np
 
-from softsense.diagnose.engine import Diagnosis, Past, Trace, diagnose
+from softsense.diagnose.engine import Diagnosis, Past, Trace
 from softsense.errors import SoftsenseError
 from softsense.recording import Recording
 from softsense.recording import write as write_recording
 from softsense.report import Figure, Table, charts, write_page
 from softsense_codegen.atomic import write_bytes, write_text
+
+if TYPE_CHECKING:
+    from softsense.diagnose.transfer import Carried
+    from softsense.simulate import Rig
 
 STATE = "augmentation.json"
 PAST = "augmentation.npz"
@@ -66,29 +71,26 @@ def read(folder: Path) -> Diagnosis:
         ) from error
 
 
-def diagnose_rig(path: Path, real: Recording, seed: int) -> tuple[Recording, Diagnosis]:
-    """Run the rig of ``path`` (rig.toml) on the motion of ``real``, and compare."""
-    sim = _simulated(path, real, seed)
-    return sim, diagnose(sim, real, seed=seed)
-
-
-def calibrated(nominal: Recording, real: Recording, seed: int) -> Recording:
-    """What a simulator fitted to ``nominal`` says of the motion of ``real``."""
+def calibrated(nominal: Recording) -> Rig:
+    """A simulator fitted to ``nominal``."""
     from softsense.simulate.calibrate import calibrate
 
-    return _run(calibrate(nominal).rig, real, seed)
+    return calibrate(nominal).rig
 
 
-def _simulated(path: Path, real: Recording, seed: int) -> Recording:
-    from softsense.simulate import read_rig
+def carry_over(diagnosis: Diagnosis, rig: Rig, sim: Recording, out: Path) -> tuple[Carried, ...]:
+    """Write ``out/rig.toml``: ``rig`` with the diagnosed effects in it; what each reproduces."""
+    from softsense.diagnose.transfer import into_rig
 
-    return _run(read_rig(path), real, seed)
+    made, carried = into_rig(diagnosis, rig, sim)
+    write_text(out / "rig.toml", made.to_toml())
+    return carried
 
 
-def _run(rig: object, real: Recording, seed: int) -> Recording:
-    from softsense.simulate import Rig, run, to_recording
+def on_motion_of(real: Recording, rig: Rig, seed: int) -> Recording:
+    """What ``rig`` says of the motion of ``real``."""
+    from softsense.simulate import run, to_recording
 
-    assert isinstance(rig, Rig)
     strain = (real.target[:, 0] - rig.low) / (rig.high - rig.low)
     rig = replace(rig, rate_hz=1.0 / real.dt_s)
     made = to_recording(rig, run(rig, strain, seed, None, real.context.get("temp_c")))
