@@ -11,7 +11,7 @@
 
 /* On AVR they stay in flash where the compiler can read them there (gnu99 or later). */
 #ifndef SOFTSENSE_ROM
-#if defined(__AVR__) && defined(__FLASH)
+#if defined(__AVR__) && defined(__FLASH) && !defined(__STRICT_ANSI__)
 #define SOFTSENSE_ROM __flash
 #else
 #define SOFTSENSE_ROM
