@@ -1,6 +1,6 @@
 """Requests under each kind of fault: prints how many answers were wrong (none may be).
 
-python tests/benchmarks/link/soak.py [--requests 100000] [--board host]
+python tests/benchmarks/link/soak.py [--requests 100000] [--board host] [--faults SPEC]
 """
 
 from __future__ import annotations
@@ -41,12 +41,14 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--requests", type=int, default=100_000)
     parser.add_argument("--board", default="host")
+    parser.add_argument("--faults", help="only these, e.g. drop=0.01,delay=20ms,reset")
     args = parser.parse_args()
     rng = np.random.default_rng(0)
     print(f"{args.requests} requests of one row each, board {args.board}")
     print("fault              wrong  errors  retries  damaged  resets  cuts  requests/s")
     wrong_at_all = 0
-    for number, text in enumerate(KINDS):
+    kinds = KINDS if args.faults is None else [args.faults]
+    for number, text in enumerate(kinds):
         wrong = errors = 0
         started = time.monotonic()
         faults = parse_faults(text)
