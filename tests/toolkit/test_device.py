@@ -234,6 +234,24 @@ def test_every_board_answers_bit_for_bit(name: str, tool) -> None:
         assert device.self_test() == (3, 0)
 
 
+def test_a_device_is_of_use_again_after_it_failed_to_come_back(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    with connect(MODEL, "emulate:host") as device:
+
+        def fails(self: Device) -> None:
+            monkeypatch.undo()
+            self._identity = None
+            raise SoftsenseError("no answer for 5 s")
+
+        monkeypatch.setattr(Device, "_identify", fails)
+        device._session ^= 1  # as after a reset: the board knows no such session
+        with pytest.raises(SoftsenseError, match="no answer"):
+            device.ping()
+        x = codes(10)
+        assert np.array_equal(device.estimate(x), expected(x))
+
+
 def test_nothing_is_left_behind(tmp_path: Path) -> None:
     environment = ENVIRONMENT | {"TMPDIR": str(tmp_path)}
     command = [sys.executable, "-m", "softsense", "emulate", str(MODEL)]

@@ -563,6 +563,10 @@ class Device(AbstractContextManager["Device"]):
                 self._session = session
                 self._heard_s = heard_s
                 self._reopen(gone)
+            except SoftsenseError:
+                # The next request meets the old session's end, and tries again.
+                self._identity, self._session = before, session
+                raise
         self.counters.resets += 1
         if before is not None and before != self._identity:
             raise SoftsenseError(
