@@ -71,7 +71,11 @@ class Channel:
     def _entry(
         self, candidate: Candidate, number: int, near: Mapping[str, float] | None = None
     ) -> Entry:
-        return Entry(0, replace(candidate, columns=candidate.columns[self._thin]), number, near)
+        columns = candidate.columns
+        if self._thin.step > 1:
+            # A copy, so that the whole is not kept.
+            columns = columns[self._thin].copy()
+        return Entry(0, replace(candidate, columns=columns), number, near)
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found`` and forget all fits."""
