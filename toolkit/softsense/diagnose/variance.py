@@ -18,7 +18,7 @@ LINE_RATIO = 18.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
 # Excess kurtosis of the moves of a walk.
-JERKY = 8.0
+JERKY = 4.0
 
 
 @dataclass(frozen=True)
