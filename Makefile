@@ -5,6 +5,7 @@ BIN    := $(VENV)/bin
 # Bump nothing by hand: the stamps follow pyproject.toml.
 USER_STAMP := $(VENV)/.installed
 TEST_STAMP := $(VENV)/.installed-test
+BENCH_STAMP := $(VENV)/.installed-bench
 JOBS   ?= 2
 
 .PHONY: demo test lint coverage bench system clean
@@ -22,7 +23,7 @@ lint: $(TEST_STAMP)
 coverage: system $(TEST_STAMP)
 	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --cov=softsense --cov=softsense_codegen $(PYTEST)
 
-bench: $(TEST_STAMP)
+bench: $(BENCH_STAMP)
 	$(BIN)/python tests/benchmarks/run.py
 
 system:
@@ -39,6 +40,10 @@ $(USER_STAMP): pyproject.toml | $(VENV)/bin/python
 $(TEST_STAMP): pyproject.toml | $(VENV)/bin/python
 	$(BIN)/python -m pip install --disable-pip-version-check -q -e '.[test]'
 	@touch $@ $(USER_STAMP)
+
+$(BENCH_STAMP): $(TEST_STAMP)
+	$(BIN)/python -m pip install --disable-pip-version-check -q -e '.[bench]'
+	@touch $@
 
 clean:
 	rm -rf $(VENV) out dist firmware/build

@@ -21,6 +21,8 @@ ONE = 1 << 15
 ACTIVATION_MAX = (1 << 16) - 1
 # The fraction between two table entries has 16 bits.
 FRACTION_BITS = 16
+# Entries of a finer table are made between the ends of so many intervals; small code stores these.
+NODE_SEGMENTS = 128
 
 
 def floor_shift(value: Integers, bits: int) -> Integers:
@@ -46,6 +48,17 @@ class Table:
         return len(self.entries) - 1
 
     @property
+    def nodes(self) -> tuple[int, ...] | None:
+        """The few nodes that ``between`` makes all entries of, or None where it cannot."""
+        ratio = self.segments // NODE_SEGMENTS
+        if ratio < 2 or self.segments % NODE_SEGMENTS:
+            return None
+        nodes = _padded(np.asarray(self.entries[::ratio]))
+        if tuple(between(nodes, ratio).tolist()) != self.entries:
+            return None
+        return tuple(nodes.tolist())
+
+    @property
     def step(self) -> float:
         """Width of a segment, in units of the argument of tanh."""
         return 2.0 * self.reach / self.segments
@@ -66,23 +79,50 @@ class Table:
         return result
 
 
-def tanh_table(reach: float, segments: int) -> Table:
+def tanh_table(reach: float, segments: int, nodes: int = NODE_SEGMENTS) -> Table:
     """The table of tanh with ``segments`` segments from -reach to reach.
 
     ``segments`` is a power of two, so that a core with a saturating instruction clips in one.
     Entries lie off the curve by half the sagitta of their segments, -f'' h**2 / 16, which halves
     the error of linear interpolation, and a quarter of a step up, which centres the two floors.
+    Where there are fewer ``nodes`` than segments, the other entries are made ``between`` them.
     """
     if segments & (segments - 1):
         raise ValueError(f"{segments} segments are no power of two")
-    z = np.linspace(-reach, reach, segments + 1)
+    stored = min(segments, nodes)
+    z = np.linspace(-reach, reach, stored + 1)
     step = 2.0 * reach / segments
     tanh = np.tanh(z)
     curvature = -2.0 * tanh * (1.0 - tanh**2)
     balanced = tanh - curvature * step**2 / 16.0
     # The outer entries also stand for everything beyond: halfway between there and one.
-    entries = np.floor((1.0 + balanced) * ONE + 0.5 + 0.25)
-    return Table(reach, tuple(int(e) for e in np.clip(entries, 0, ACTIVATION_MAX)))
+    rounded = np.floor((1.0 + balanced) * ONE + 0.5 + 0.25).astype(np.int64)
+    entries = np.clip(rounded, 0, ACTIVATION_MAX)
+    if segments > stored:
+        entries = between(_padded(entries), segments // stored)
+    return Table(reach, tuple(entries.tolist()))
+
+
+def between(nodes: Integers, ratio: int) -> Integers:
+    """``ratio`` entries (a power of two) per interval of ``nodes``, rounded to nearest.
+
+    ``nodes``: (intervals + 3,), one beyond either end. Bessel's formula with the mean of the
+    two second differences (Whittaker and Robinson 1924), in integers; at j of r = ``ratio``:
+    n1 + j/r (n2 - n1) + j (r - j) / (4 r**2) (n1 + n2 - n0 - n3).
+    """
+    j = np.arange(ratio)
+    n0, n1, n2, n3 = (nodes[i : len(nodes) - 3 + i, None] for i in range(4))
+    sums = (n1 * ratio + j * (n2 - n1)) * 4 * ratio + j * (ratio - j) * (n1 + n2 - n0 - n3)
+    made = (sums + 2 * ratio**2) // (4 * ratio**2)
+    entries: Integers = np.append(made.ravel(), nodes[-2])
+    return entries
+
+
+def _padded(nodes: Integers) -> Integers:
+    """``nodes`` and one more at either end, on the line through the outer two."""
+    first, last = 2 * nodes[0] - nodes[1], 2 * nodes[-1] - nodes[-2]
+    padded: Integers = np.concatenate([[first], nodes, [last]]).astype(np.int64)
+    return padded.clip(0, ACTIVATION_MAX)
 
 
 def table_error(table: Table, needed: float = math.inf) -> float:

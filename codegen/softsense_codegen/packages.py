@@ -9,6 +9,7 @@ from typing import Literal
 from softsense_codegen.atomic import write_text
 from softsense_codegen.network import IntNetwork
 from softsense_codegen.render import render
+from softsense_codegen.view import label
 
 Package = Literal["arduino", "cmake", "platformio", "vectors"]
 PACKAGES: tuple[Package, ...] = ("arduino", "cmake", "platformio", "vectors")
@@ -32,9 +33,9 @@ def write_packages(
         # A version for package managers: the digest says which network it is.
         "version": f"1.0.0+{main.digest[:12]}",
         "digest": main.digest,
-        "inputs": [i.name for i in main.inputs],
-        "outputs": [o.name for o in main.outputs],
-        "units": [o.unit for o in main.outputs],
+        "inputs": [label(i.name) for i in main.inputs],
+        "outputs": [label(o.name) for o in main.outputs],
+        "units": [label(o.unit) for o in main.outputs],
         "adc_bits": adc_bits,
     }
     written = []

@@ -12,7 +12,7 @@ import numpy as np
 
 from softsense_codegen import bounds
 from softsense_codegen.errors import SoftsenseError
-from softsense_codegen.fixed import FRACTION_BITS, table_error
+from softsense_codegen.fixed import FRACTION_BITS, NODE_SEGMENTS, Table, table_error
 from softsense_codegen.network import IntLayer, IntNetwork
 
 Optimise = Literal["speed", "size"]
@@ -52,6 +52,7 @@ def network_view(
     origins = [layer.matrix @ middles if layer is net.layers[0] else 0 for layer in net.layers]
     copies = next(n for n in (4, 3, 2, 1) if len(fused.bias) % n == 0)
     packed = optimise == "speed" and net.table is not None
+    ratio_bits = 0 if net.table is None or packed else _ratio_bits(net.table)
     return {
         "name": net.name,
         "upper": net.name.upper() if net.name.upper() != net.name else "",
@@ -83,7 +84,9 @@ def network_view(
         "macs": net.macs,
         "tanh_units": sum(len(x.bias) for x in net.layers if x.activation == "tanh"),
         "weight_bytes": _weight_bytes(net),
-        "table_bytes": 0 if net.table is None else _table_bytes(net, packed),
+        "table_bytes": table_bytes(net, optimise),
+        "ratio": 1 << ratio_bits,
+        "ratio_bits": ratio_bits,
         "stack_note": _stack_note(net, looped),
         "word": f"uint{net.bits}_t",
         "offset": 2 ** (net.bits - 1),
@@ -231,16 +234,23 @@ def _activation(net: IntNetwork, layer: IntLayer) -> dict[str, Any]:
     }
 
 
+def _ratio_bits(table: Table) -> int:
+    """The logarithm (base 2) of how many entries are made per stored node."""
+    return 0 if table.nodes is None else (table.segments // NODE_SEGMENTS).bit_length() - 1
+
+
 def _table(net: IntNetwork, packed: bool) -> list[str]:
     if net.table is None:
         return []
     entries = net.table.entries
     if not packed:
-        return [str(entry) for entry in entries]
+        return [str(entry) for entry in net.table.nodes or entries]
     return [f"{(a << 16) + b - a}u" for a, b in pairwise(entries)]
 
 
-def _table_bytes(net: IntNetwork, packed: bool) -> int:
+def table_bytes(net: IntNetwork, optimise: Optimise) -> int:
+    """Bytes of the table of tanh as ``optimise`` lays it out."""
+    packed = optimise == "speed"
     return len(_table(net, packed)) * (4 if packed else 2)
 
 

@@ -18,11 +18,12 @@ def make_network(
     steep: float = 1.0,
     fine: int = 0,
     name: str = "toy",
+    segments: int = 64,
 ) -> IntNetwork:
     """A random network whose sums fit 32 bits; ``steep`` > 1 drives units beyond the table."""
     rng = np.random.default_rng(seed)
     word = 2 ** (bits - 1) - 1
-    table = tanh_table(4.0, 64) if activation == "tanh" else None
+    table = tanh_table(4.0, segments) if activation == "tanh" else None
     middle = 0 if table is None else table.segments << (15 + fine)
     low = rng.integers(0, 1500, size=inputs)
     high = low + rng.integers(200, 2500, size=inputs)

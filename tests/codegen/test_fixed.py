@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from softsense_codegen.fixed import ONE, floor_shift, table_error, tanh_table
+from softsense_codegen.fixed import (
+    NODE_SEGMENTS,
+    ONE,
+    between,
+    floor_shift,
+    table_error,
+    tanh_table,
+)
 
 
 @given(st.integers(-(2**40), 2**40), st.integers(-8, 20))
@@ -51,3 +58,21 @@ def test_balanced_entries_halve_the_error_of_interpolation() -> None:
     table = tanh_table(4.0, 64)
     sagitta = 0.77 * table.step**2 / 8.0  # largest |tanh''| is 0.77
     assert table_error(table, 4.0) < 0.6 * sagitta
+
+
+@pytest.mark.parametrize("reach", [3.5, 5.0, 8.0])
+@pytest.mark.parametrize("segments", [256, 512, 1024, 2048])
+def test_few_nodes_stand_for_a_fine_table(reach: float, segments: int) -> None:
+    table = tanh_table(reach, segments)
+    assert table.nodes is not None
+    assert len(table.nodes) == NODE_SEGMENTS + 3
+    made = between(np.array(table.nodes), segments // NODE_SEGMENTS)
+    assert tuple(made.tolist()) == table.entries
+    # A direct table is closer by a step of a 16-bit activation at the most.
+    direct = tanh_table(reach, segments, nodes=segments)
+    assert direct.nodes is None
+    assert table_error(table, reach) < table_error(direct, reach) + 1.0 / ONE
+
+
+def test_a_coarse_table_is_stored_whole() -> None:
+    assert tanh_table(4.0, 128).nodes is None

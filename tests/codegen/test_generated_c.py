@@ -13,10 +13,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from networks import make_network
 
+import softsense_codegen
 from softsense_codegen import reference
 from softsense_codegen.errors import SoftsenseError
 from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork
+from softsense_codegen.view import Optimise
 
 GOLDEN = Path(__file__).parent / "golden"
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror"]
@@ -56,13 +58,14 @@ def run_and_compare(
     flags: list[str],
     emulator: Sequence[str] = (),
     order: str = "<",
+    optimise: Optimise = "speed",
 ) -> None:
     """Compile NAME.c with a main program, run it, and compare estimates and masks.
 
     ``order``: "<" where the program reads its least significant byte first, else ">".
     """
     main = "main.c"
-    generate(net, folder)
+    generate(net, folder, optimise=optimise)
     (folder / main).write_text(MAIN.format(name=net.name))
     program = folder / "program"
     subprocess.run(
@@ -103,14 +106,18 @@ SHAPES = {
     "int8, two layers and outputs": {"bits": 8, "hidden": (9, 4), "outputs": 2},
     "steep": {"steep": 8.0, "fine": -2},
     "fine": {"fine": 3},
+    "fine table": {"inputs": 3, "segments": 512},
+    "finer table, two layers": {"hidden": (6, 5), "segments": 2048},
 }
 
 
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
-def test_every_shape_with_sanitizers(shape: str, compiler: str, tmp_path: Path, tool) -> None:
+@pytest.mark.parametrize("optimise", ["speed", "size"])
+def test_every_shape_with_sanitizers(shape, compiler, optimise, tmp_path: Path, tool) -> None:
     net = make_network(seed=3, **SHAPES[shape])
-    run_and_compare(net, tmp_path, tool(compiler), ["-std=c99", *SANITIZE, *WARNINGS])
+    flags = ["-std=c99", *SANITIZE, *WARNINGS]
+    run_and_compare(net, tmp_path, tool(compiler), flags, optimise=optimise)
 
 
 @settings(
@@ -267,11 +274,22 @@ def test_a_network_without_a_hidden_layer_is_refused(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("shape", [{"inputs": 2}, {"inputs": 3, "hidden": (4,), "outputs": 2}])
-def test_frama_c_finds_no_undefined_behaviour_for_any_input(shape, tmp_path: Path, tool) -> None:
+@pytest.mark.parametrize("optimise", ["speed", "size"])
+@pytest.mark.parametrize(
+    "shape",
+    [
+        {"inputs": 2, "hidden": (60,), "segments": 512},
+        {"inputs": 3, "hidden": (4,), "outputs": 2},
+        {"inputs": 3, "hidden": (5, 4), "outputs": 2},
+    ],
+    ids=["60 units", "two outputs", "two layers"],
+)
+def test_frama_c_finds_no_undefined_behaviour_for_any_input(
+    shape, optimise, tmp_path: Path, tool
+) -> None:
     """Eva over all int16 inputs: 0 alarms; unsigned wrap-around is what the code relies on."""
     net = make_network(seed=2, **shape)
-    generate(net, tmp_path)
+    generate(net, tmp_path, optimise=optimise)
     (tmp_path / "eva.c").write_text(
         f'#include "{net.name}.h"\n#include "__fc_builtin.h"\n'
         f"void eva(void) {{ int16_t x[{net.name}_INPUTS]; int32_t y[{net.name}_OUTPUTS];\n"
@@ -308,3 +326,34 @@ def test_cppcheck_and_clang_tidy_are_clean(tmp_path: Path, tool) -> None:
         text=True,
     )
     assert done.returncode == 0, done.stdout
+
+
+MISRA = Path(softsense_codegen.__file__).parent / "misra.txt"
+
+
+@pytest.mark.parametrize("optimise", ["speed", "size"])
+@pytest.mark.parametrize("shape", ["fine table", "relu, two layers", "int8", "twelve inputs"])
+def test_misra_rules_hold_or_are_justified(shape, optimise, tmp_path: Path, tool) -> None:
+    net = make_network(seed=2, **SHAPES[shape])
+    generate(net, tmp_path, optimise=optimise)
+    done = subprocess.run(
+        [tool("cppcheck"), "--addon=misra", "--enable=style", "--quiet", "--error-exitcode=1"]
+        + [f"--suppressions-list={MISRA}", "--suppress=unusedFunction", f"{net.name}.c"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_misra_check_sees_a_violation(tmp_path: Path, tool) -> None:
+    (tmp_path / "bad.c").write_text("int f(int a);\nint f(int a) { if (a) return 1; return 0; }\n")
+    done = subprocess.run(
+        [tool("cppcheck"), "--addon=misra", "--enable=style", "--quiet", "--error-exitcode=1"]
+        + [f"--suppressions-list={MISRA}", "bad.c"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 1
+    assert "misra-c2012-14.4" in done.stderr

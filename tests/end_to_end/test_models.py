@@ -58,3 +58,22 @@ def test_the_recipe_reaches_what_the_card_says(folder: Path, tmp_path: Path) -> 
     # Other processors round other last bits, and training amplifies them.
     assert built["rmse_fixed_test"][0] == pytest.approx(float(stated.group(1)), rel=0.2)
     assert built["within_tolerance"]
+
+
+def test_the_card_and_the_readme_state_what_the_manifest_holds() -> None:
+    folder = ROOT / "models" / "linear_pair"
+    manifest = json.loads((folder / "manifest.json").read_text())
+    card, readme = (folder / "card.md").read_text(), (ROOT / "README.md").read_text()
+    share = f"1/{1 / manifest['bounds']['share_of_full_scale']:.0f}"
+    assert f"at most {share} of full scale" in card
+    assert re.search(rf"^  strain .* {share}$", readme, re.MULTILINE)
+    costs = [Cost(**cost) for cost in manifest["costs"]["targets"] if cost["target"] != "host"]
+    instructions = [str(cost.instructions) for cost in costs if cost.instructions is not None]
+    assert f"| {' / '.join(instructions)} instructions |" in card
+    assert f"| {costs[-1].cycles} cycles |" in card
+    assert f"| {' / '.join(str(cost.flash) for cost in costs)} bytes, static RAM 0 |" in card
+    stated = re.search(r"RMSE on held-out time \| ([0-9.]+)", card)
+    shown = re.search(r"^  strain +([0-9.]+) ", readme, re.MULTILINE)
+    assert stated is not None
+    assert shown is not None
+    assert float(shown[1]) == pytest.approx(float(stated[1]), abs=5e-6)

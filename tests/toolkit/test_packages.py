@@ -15,7 +15,7 @@ QUICK = ["--hidden", "7", "--epochs", "8", "--size", "2", "--on", "reference", "
 STUB = """
 #pragma once
 #include <stdint.h>
-enum { A0 = 14 };
+enum { A0 = 14, A1, A2 };
 int analogRead(uint8_t pin);
 void analogReadResolution(int bits);
 void delay(unsigned long ms);

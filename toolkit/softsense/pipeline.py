@@ -36,7 +36,7 @@ from softsense_codegen.atomic import write_bytes, write_text
 from softsense_codegen.generate import generate
 from softsense_codegen.network import IntNetwork, c_name
 from softsense_codegen.packages import Package, write_packages
-from softsense_codegen.view import Optimise
+from softsense_codegen.view import Optimise, table_bytes
 
 Stage = Callable[[str], None]
 Rows = list[tuple[str, ...]]
@@ -44,6 +44,7 @@ BITS = "bit for bit:"
 CALMER_DECAYS = (1e-2, 3e-2, 1e-1)
 # Hidden units that are tried under a budget.
 BUDGET_SIZES = (60, 40, 28, 20, 14, 10, 7, 5)
+LAYOUTS: tuple[Optimise, ...] = ("speed", "size")
 CALMER_COST = 1.03
 # What float32 arithmetic of the float ONNX adds to a difference, as a share of full scale.
 FLOAT32_SHARE = 2.0**-18
@@ -57,21 +58,24 @@ def _silent(text: str) -> None:
 
 @dataclass(frozen=True)
 class Budget:
-    """The most that the network may cost on ``core``: bytes of flash, instructions per estimate."""
+    """The most that the network may cost on ``core``: bytes of ``flash``, ``work`` per estimate.
+
+    ``work`` is in cycles where an emulator here counts them, else in instructions.
+    """
 
     core: str = "Cortex-M4F"
     flash: int | None = None
-    instructions: int | None = None
+    work: int | None = None
 
     def allows(self, cost: Cost) -> bool:
         """Whether ``cost`` is within. Raises ``SoftsenseError`` where it was not counted."""
-        if self.instructions is not None and cost.instructions is None:
+        if self.work is not None and cost.work is None:
             raise SoftsenseError(
-                f"instructions on {self.core} cannot be counted here",
+                f"neither cycles nor instructions on {self.core} can be counted here",
                 remedy="install gcc-arm-none-eabi and qemu-system-arm, and name a Cortex-M core",
             )
         return (self.flash is None or cost.flash <= self.flash) and (
-            self.instructions is None or (cost.instructions or 0) <= self.instructions
+            self.work is None or (cost.work or 0) <= self.work
         )
 
 
@@ -94,13 +98,15 @@ class Recipe:
 
 @dataclass(frozen=True)
 class Candidate:
-    """One size of network under a budget: its fixed-point error on validation, and its cost.
+    """One network under a budget: its fixed-point error on validation, and its cost.
 
-    ``rmse`` per output in target units; ``cost`` on the budget's core; ``fits`` the budget.
+    ``optimise``: the layout of its C; ``rmse`` per output in target units; ``cost`` on the budget's
+    core; ``fits`` the budget.
     """
 
     hidden: int
     bits: int
+    optimise: Optimise
     rmse: tuple[float, ...]
     cost: Cost
     fits: bool
@@ -215,6 +221,7 @@ class Build(Shown):
             (
                 str(candidate.hidden),
                 str(candidate.bits),
+                candidate.optimise,
                 ", ".join(f"{value:.4g}" for value in candidate.rmse),
                 candidate.cost.row[1],
                 candidate.cost.row[4],
@@ -222,7 +229,8 @@ class Build(Shown):
             )
             for candidate in self.candidates
         ]
-        size_header = ("units", "bits", "RMSE fixed (validation)", "flash", "instructions", "fits")
+        error = "RMSE fixed (validation)"
+        size_header = ("units", "bits", "layout", error, "flash", "per estimate", "fits")
         failing = ("sensor cut", "fallback uses", "RMSE without fallback", "RMSE with fallback")
         return [
             (f"{' + '.join(self.selection.sensors)}, held-out time:", header, accuracy),
@@ -325,7 +333,7 @@ def generate_export(
     name, verdict = estimator.network.name, estimator.quantised.verdict()
     written.append(write_export_report(out, name, verdict, difference, units, costs)[0])
     files = tuple(sorted(path.relative_to(out).as_posix() for path in written))
-    manifest = _manifest(estimator.quantised, costs, files)
+    manifest = _manifest(estimator.quantised, costs, files, optimise)
     if fallbacks:
         manifest["fallbacks"] = [
             {
@@ -412,8 +420,8 @@ def build(
     candidates: tuple[Candidate, ...] = ()
     if recipe.budget is not None:
         candidates = _candidates(recording, selection.sensors, recipe, recipe.budget, rows, stage)
-        best = _best(candidates, recipe.budget)
-        recipe = replace(recipe, hidden=best.hidden, bits=best.bits)
+        best = _best(candidates, recipe)
+        recipe = replace(recipe, hidden=best.hidden, bits=best.bits, optimise=best.optimise)
     stage("train")
     fitted = _fit(recording, selection.sensors, recipe, rows)
     rmse = ", ".join(f"{value:.4g}" for value in fitted.rmse["test"])
@@ -481,41 +489,56 @@ def _candidates(
     rows: Split,
     stage: Stage,
 ) -> tuple[Candidate, ...]:
-    """Every size and word length: trained, quantised, compiled and counted."""
+    """Every size, word length and layout: trained, quantised, compiled and counted."""
     made = []
-    for hidden in [size for size in BUDGET_SIZES if size <= recipe.hidden]:
+    for hidden in [recipe.hidden, *(size for size in BUDGET_SIZES if size < recipe.hidden)]:
         fitted = _fit(recording, sensors, replace(recipe, hidden=hidden), rows)
         for bits in (16, 8):
             estimator = quantise_fit(fitted, recording, name="trial", bits=bits, seed=recipe.seed)
-            with tempfile.TemporaryDirectory(prefix="softsense-") as scratch:
-                files = generate(estimator.network, scratch, optimise=recipe.optimise)
-                costs = measure_costs(files[1], only=budget.core)
-            if not costs:
-                raise SoftsenseError(
-                    f"the cost on {budget.core} cannot be measured here",
-                    remedy="install its cross compiler, or name another core",
-                )
             validation = rows.validation
             error = estimator.predict(estimator.codes[validation]) - recording.target[validation]
             rmse = tuple(float(v) for v in np.sqrt((error**2).mean(axis=0)))
-            made.append(Candidate(hidden, bits, rmse, costs[0], budget.allows(costs[0])))
-            stage(f"{hidden} units, {bits} bits: RMSE {rmse[0]:.4g}, {costs[0].line}")
+            for optimise in LAYOUTS:
+                cost = _cost(estimator.network, budget.core, optimise)
+                made.append(Candidate(hidden, bits, optimise, rmse, cost, budget.allows(cost)))
+                stage(f"{hidden} units, {bits} bits, {optimise}: RMSE {rmse[0]:.4g}, {cost.line}")
     return tuple(made)
 
 
-def _best(candidates: Sequence[Candidate], budget: Budget) -> Candidate:
-    """The smallest error that fits; outputs weigh alike, each by its best."""
+def _cost(network: IntNetwork, core: str, optimise: Optimise) -> Cost:
+    with tempfile.TemporaryDirectory(prefix="softsense-") as scratch:
+        costs = measure_costs(generate(network, scratch, optimise=optimise)[1], only=core)
+    if not costs:
+        raise SoftsenseError(
+            f"the cost on {core} cannot be measured here",
+            remedy="install its cross compiler, or name another core",
+        )
+    return costs[0]
+
+
+def _best(candidates: Sequence[Candidate], recipe: Recipe) -> Candidate:
+    """The smallest error that fits, laid out as asked for if that fits too.
+
+    Outputs weigh alike, each by its best.
+    """
+    budget = recipe.budget
+    assert budget is not None
     fitting = [candidate for candidate in candidates if candidate.fits]
     if not fitting:
         flash = min(candidate.cost.flash for candidate in candidates)
-        least = min(candidate.cost.instructions or 0 for candidate in candidates)
+        quickest = min(candidates, key=lambda candidate: candidate.cost.work or 0)
         raise SoftsenseError(
             f"no network fits on {budget.core}: the smallest takes {flash} bytes of flash"
-            + (f" and {least} instructions" if budget.instructions is not None else ""),
+            + (f", the quickest {quickest.cost.time}" if budget.work is not None else ""),
             remedy="raise --max-flash or --max-cycles, or use fewer sensors",
         )
     scale = np.min([candidate.rmse for candidate in fitting], axis=0)
-    return min(fitting, key=lambda candidate: float(np.mean(np.array(candidate.rmse) / scale)))
+
+    def order(candidate: Candidate) -> tuple[float, bool]:
+        error = float(np.mean(np.array(candidate.rmse) / scale))
+        return error, candidate.optimise != recipe.optimise
+
+    return min(fitting, key=order)
 
 
 def _fallback(
@@ -627,7 +650,9 @@ def _fit(
     )
 
 
-def _manifest(quantised: Quantised, costs: Sequence[Cost], files: Sequence[str]) -> dict[str, Any]:
+def _manifest(
+    quantised: Quantised, costs: Sequence[Cost], files: Sequence[str], optimise: Optimise
+) -> dict[str, Any]:
     network = quantised.network
     accuracy = network.accuracy
     assert accuracy is not None
@@ -658,7 +683,7 @@ def _manifest(quantised: Quantised, costs: Sequence[Cost], files: Sequence[str])
         },
         "costs": {
             "macs": network.macs,
-            "table_bytes": 0 if network.table is None else 2 * len(network.table.entries),
+            "table_bytes": table_bytes(network, optimise),
             "targets": [asdict(cost) for cost in costs],
         },
         "files": [*files, MANIFEST],

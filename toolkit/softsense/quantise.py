@@ -40,8 +40,9 @@ Progress = Callable[[float], None]
 
 # The promise: half a step of a 12-bit reading, as a share of full scale.
 TOLERANCE = 1.0 / 8192.0
-# Tables are tried from small to large; the first that keeps the promise is taken.
-SEGMENTS = (128, 256, 512, 1024, 2048)
+# Tables (segments, nodes that small code stores) are tried from small to large; the first that
+# keeps the promise is taken. Entries that are not made between nodes lie closer to tanh.
+TABLES = ((128, 128), (256, 128), (512, 128), (1024, 128), (1024, 1024), (2048, 2048))
 # tanh is cut beyond a reach within these limits (or sooner, where no unit reaches that far).
 REACHES = (3.5, 8.0)
 DAMPING = (1e-6,)
@@ -135,9 +136,9 @@ def quantise(
     tanh = any(layer.activation == "tanh" for layer in plain)
     best: IntNetwork | None = None
     best_share = np.inf
-    choices: tuple[int | None, ...] = SEGMENTS if tanh else (None,)
-    for number, segments in enumerate(choices):
-        table = None if segments is None else _best_table(mlp, plain, segments, check_points)
+    choices = TABLES if tanh else (None,)
+    for number, choice in enumerate(choices):
+        table = None if choice is None else _best_table(mlp, plain, *choice, check_points)
         for damping in DAMPING:
             network = _round(mlp, plain, table, fit_points, bits, damping, c_name(name))
             share = _worst_share(mlp, network, check_points)
@@ -147,17 +148,29 @@ def quantise(
         if progress is not None:
             progress((number + 1) / (len(choices) + 1))
         if best_share <= SAMPLE_SHARE * tolerance:
-            break
+            assert best is not None
+            bounds.prove(best)
+            best = replace(best, accuracy=measure(mlp, plain, best, data, seed))
+            # The search finds more than the sample held.
+            best_share = _share(best)
+            if best_share <= tolerance:
+                break
     assert best is not None
-    bounds.prove(best)
-    network = replace(best, accuracy=measure(mlp, plain, best, data, seed))
+    if best.accuracy is None:
+        bounds.prove(best)
+        best = replace(best, accuracy=measure(mlp, plain, best, data, seed))
+    share = _share(best)
+    error = _table_error(best)
+    return Quantised(best, share, share <= tolerance, tolerance, error)
+
+
+def _share(network: IntNetwork) -> float:
+    """The largest difference that was measured, as a share of full scale."""
     assert network.accuracy is not None
-    shares = [
+    return max(
         worst / output.full_scale
         for worst, output in zip(network.accuracy.worst, network.outputs, strict=True)
-    ]
-    error = _table_error(network)
-    return Quantised(network, max(shares), max(shares) <= tolerance, tolerance, error)
+    )
 
 
 def _plain(mlp: Mlp) -> list[_Affine]:
@@ -203,7 +216,9 @@ def _points(mlp: Mlp, data: Integers, rng: np.random.Generator) -> Integers:
     return np.concatenate([uniform, faces, np.clip(recorded, low, high)])
 
 
-def _best_table(mlp: Mlp, plain: list[_Affine], segments: int, points: Integers) -> Table:
+def _best_table(
+    mlp: Mlp, plain: list[_Affine], segments: int, nodes: int, points: Integers
+) -> Table:
     """The reach that serves this network best: beyond it tanh is cut, within it steps grow."""
     needed = 1e-3
     a_low = np.array([float(i.low) for i in mlp.inputs])
@@ -229,7 +244,7 @@ def _best_table(mlp: Mlp, plain: list[_Affine], segments: int, points: Integers)
                 a = activate(layer.activation, z)
         return float(np.abs((a - truth) / _full_scale(mlp)).max())
 
-    return min((tanh_table(float(reach), segments) for reach in reaches), key=error)
+    return min((tanh_table(float(reach), segments, nodes) for reach in reaches), key=error)
 
 
 def _full_scale(mlp: Mlp) -> Floats:

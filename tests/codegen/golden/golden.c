@@ -46,7 +46,7 @@
 
 /* Weights are written as signed numbers and stored with 32768 added, so that all arithmetic is
  * unsigned; the sums take it back through the sum of a layer's inputs. */
-#define W(w) (uint16_t)((w) + 32768)
+#define W(w) ((uint16_t)((uint16_t)(w) ^ 32768u))
 
 /* (1 + tanh z) * 2^15 for z = -4 ... 4 in 64 steps; with interpolation within 0.00077 of tanh; value * 2^16 + rise to the next */
 static const SOFTSENSE_ROM uint32_t table[64] = {
@@ -89,13 +89,15 @@ static uint32_t clip(int16_t code, int16_t low, int16_t high, int16_t middle)
     if (code > high) {
         code = high;
     }
-    return (uint32_t)((int32_t)code - middle);
+    return (uint32_t)code - (uint32_t)middle;
 }
 
 /* The int32 with these bits; compilers make nothing of it. */
 static int32_t signed_of(uint32_t bits)
 {
-    return bits <= 0x7fffffffu ? (int32_t)bits : -(int32_t)(0xffffffffu - bits) - 1;
+    const uint32_t flipped = 0xffffffffu - bits;
+
+    return bits <= 0x7fffffffu ? (int32_t)bits : -(int32_t)flipped - 1;
 }
 
 /* (1 + tanh) * 2^15 of a sum, by the table. */
@@ -125,7 +127,8 @@ void golden_estimate(const int16_t x[golden_INPUTS], int32_t y[golden_OUTPUTS])
     OPAQUE(entries);
 
     do {
-        uint32_t z, a;
+        uint32_t z;
+        uint32_t a;
 
 #if golden_DSP
         z = unit[1];
@@ -201,10 +204,10 @@ uint32_t golden_uncalibrated(const int16_t x[golden_INPUTS])
     uint32_t outside = 0u;
 
     if (x[0] < 1006 || x[0] > 1258) {
-        outside |= 1u << 0;
+        outside |= (uint32_t)1 << 0;
     }
     if (x[1] < 1207 || x[1] > 3265) {
-        outside |= 1u << 1;
+        outside |= (uint32_t)1 << 1;
     }
     return outside;
 }

@@ -56,7 +56,12 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     group = parser.add_argument_group("a budget: the best network that fits is chosen")
     group.add_argument("--max-flash", type=int, metavar="BYTES", help="flash of code and tables")
-    group.add_argument("--max-cycles", type=int, metavar="N", help="instructions per estimate")
+    group.add_argument(
+        "--max-cycles",
+        type=int,
+        metavar="N",
+        help="cycles per estimate; instructions on a core whose cycles no emulator here counts",
+    )
     group.add_argument(
         "--core", default="Cortex-M4F", help="that the budget is for (default Cortex-M4F)"
     )

@@ -1,4 +1,4 @@
-"""What the generated C costs on each target whose compiler is here: flash, RAM, instructions."""
+"""What the generated C costs on each target whose compiler is here: flash, RAM, time."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softsense.errors import SoftsenseError
-from softsense.verify.instructions import countable, of_estimate
+from softsense.verify.instructions import CORES, countable, of_estimate
 
 # name, compiler, flags. Sizes are of NAME.c alone; it needs no library.
 TARGETS = (
@@ -27,14 +27,14 @@ TARGETS = (
     ("host", "gcc", ""),
 )
 
-HEADER = ("core", "flash", "static RAM", "stack", "instructions")
+HEADER = ("core", "flash", "static RAM", "stack", "per estimate")
 
 
 @dataclass(frozen=True)
 class Cost:
     """Bytes on one target: ``flash`` (code and constants), ``ram`` (static), ``stack``.
 
-    ``instructions`` of one estimate, None where no emulator here counts them.
+    ``instructions`` or ``cycles`` of one estimate, None where no emulator here counts them.
     """
 
     target: str
@@ -42,18 +42,31 @@ class Cost:
     ram: int
     stack: int
     instructions: int | None = None
+    cycles: int | None = None
+
+    @property
+    def work(self) -> int | None:
+        """Cycles where they are counted, else instructions."""
+        return self.instructions if self.cycles is None else self.cycles
+
+    @property
+    def time(self) -> str:
+        """What one estimate takes, with its unit; empty where it is not counted."""
+        if self.work is None:
+            return ""
+        return f"{self.work} {'instructions' if self.cycles is None else 'cycles'}"
 
     @property
     def line(self) -> str:
         """For the header."""
-        counted = f", {self.instructions} instructions" if self.instructions is not None else ""
+        counted = f", {self.time}" if self.time else ""
         return f"{self.target}: {self.flash} bytes of flash, {self.stack} of stack{counted} (-O2)"
 
     @property
     def row(self) -> tuple[str, ...]:
         """For tables, under ``HEADER``."""
-        counted = "-" if self.instructions is None else str(self.instructions)
-        return (self.target, f"{self.flash} B", f"{self.ram} B", f"{self.stack} B", counted)
+        sizes = (f"{self.flash} B", f"{self.ram} B", f"{self.stack} B")
+        return (self.target, *sizes, self.time or "-")
 
 
 def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
@@ -95,8 +108,10 @@ def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
                 [size_tool, "-A", str(made)], capture_output=True, text=True, check=True
             ).stdout
             usage = made.with_suffix(".su").read_text()
-        counted = round(of_estimate(target, source).instructions) if countable(target) else None
-        costs.append(Cost(target, *_sections(sizes), _stack(usage), counted))
+        work = {}
+        if countable(target):
+            work[CORES[target].unit] = round(of_estimate(target, source).work)
+        costs.append(Cost(target, *_sections(sizes), _stack(usage), **work))
     return tuple(costs)
 
 
