@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from softsense.cli.main import main
 from softsense.device import Device, Emulator, boards
 from softsense.device.transport import Line, now_s
 from softsense.errors import SoftsenseError
@@ -46,3 +47,28 @@ def test_a_board_estimates_its_own_samples(name: str, tool) -> None:
     assert 0.5 < seconds * RATE_HZ / 50 < 5
     assert statistics["overrun"] == 0
     assert statistics["damaged"] == 0
+
+
+def test_flash_shows_that_the_image_answers_on_an_emulated_board(tool, capsys) -> None:
+    tool("arm-none-eabi-gcc")
+    tool("qemu-system-arm")
+    assert main(["device", "flash", str(MODEL), "--board", "mps2-an386"]) == 0
+    assert capsys.readouterr().out == "pair loads and answers on mps2-an386\n"
+
+
+def test_flash_calls_the_tool_of_a_real_board(tmp_path: Path, tool, monkeypatch, capsys) -> None:
+    tool("avr-gcc")
+    seen = tmp_path / "seen"
+    fake = tmp_path / "bin" / "avrdude"
+    fake.parent.mkdir()
+    fake.write_text(f'#!/bin/sh\necho "$@" > {seen}\nexit $STATUS\n')
+    fake.chmod(0o755)
+    command = ["device", "flash", str(MODEL), "--board", "avr-uno", "--port", "/dev/ttyACM7"]
+    monkeypatch.setenv("PATH", str(fake.parent), prepend=":")
+    monkeypatch.setenv("STATUS", "0")
+    assert main(command) == 0
+    assert "pair is on avr-uno" in capsys.readouterr().out
+    assert "-P /dev/ttyACM7" in seen.read_text()
+    monkeypatch.setenv("STATUS", "1")
+    assert main(command) == 1
+    assert "avrdude: exit code 1" in capsys.readouterr().err

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import subprocess
@@ -121,3 +122,67 @@ def test_a_taken_port_is_said_and_a_limit_of_time_is_kept(emulator: Emulator) ->
         [*command, "--seconds", "0.3"], capture_output=True, text=True, env=ENVIRONMENT, timeout=20
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("action", ["monitor", "record"])
+def test_ctrl_c_leaves_the_port_and_the_terminal_clean(
+    action: str, emulator: Emulator, tmp_path: Path
+) -> None:
+    """Typed on a real terminal: its settings and cursor are back, and the board is silent."""
+    import fcntl
+    import pty
+    import termios
+
+    recording = tmp_path / "rec.csv"
+    command = [sys.executable, "-m", "softsense", "device", action, "--port", emulator.port]
+    command += ["--rate", "50"] + (["-o", str(recording)] if action == "record" else [])
+    near, far = pty.openpty()
+    termios.tcsetwinsize(far, (40, 100))
+    before = termios.tcgetattr(far)
+    running = subprocess.Popen(
+        command,
+        stdin=far,
+        stdout=far,
+        stderr=far,
+        env=ENVIRONMENT | {"TERM": "xterm-256color"},
+        start_new_session=True,
+        # Ctrl-C reaches the processes that the terminal controls.
+        preexec_fn=lambda: fcntl.ioctl(0, termios.TIOCSCTTY, 0),
+    )
+    shown = b""
+    try:
+        os.set_blocking(near, False)
+
+        def read() -> None:
+            nonlocal shown
+            with contextlib.suppress(BlockingIOError):
+                shown += os.read(near, 1 << 16)
+
+        def moves() -> bool:
+            read()
+            if action == "record":
+                return recording.exists() and len(recording.read_text().splitlines()) > 20
+            return b"s4" in shown and "●".encode() in shown
+
+        def ended() -> bool:
+            read()
+            return running.poll() is not None
+
+        assert wait_for(moves), shown
+        os.write(near, b"\x03")
+        assert wait_for(ended), shown
+        read()
+    finally:
+        running.kill()
+        running.wait()
+    assert running.returncode == 0, shown
+    assert b"Traceback" not in shown
+    assert termios.tcgetattr(far) == before
+    # A cursor that was hidden is shown again.
+    assert shown.rfind(b"\x1b[?25h") >= shown.rfind(b"\x1b[?25l")
+    os.close(near)
+    os.close(far)
+    with Device(Line(emulator.port)) as device:
+        count = device.statistics()["conversions"]
+        time.sleep(0.2)
+        assert device.statistics()["conversions"] == count

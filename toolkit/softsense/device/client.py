@@ -130,15 +130,18 @@ class _Timing:
 
     smooth_s: float | None = None
     deviation_s: float = 0.0
+    byte_s: float = 10 / 57600  # at most: the quickest trip, per byte there and back
     backoff: float = 1.0  # doubled by every timeout until a trip has been measured again
     window: float = 2.0  # requests under way: one more per answer, half as many after a timeout
 
     def late(self) -> None:
-        self.backoff = min(2 * self.backoff, 64.0)
+        # A late answer still counts, so asking again too soon costs little; waiting costs time.
+        self.backoff = min(2 * self.backoff, 4.0)
         self.window = max(self.window / 2, 1.0)
 
-    def learn(self, trip_s: float) -> None:
+    def learn(self, trip_s: float, carried: int) -> None:
         self.backoff = 1.0
+        self.byte_s = min(self.byte_s, trip_s / carried)
         self.window = min(self.window + 0.5, float(MOST_IN_FLIGHT))
         if self.smooth_s is None:
             self.smooth_s, self.deviation_s = trip_s, trip_s / 2
@@ -424,12 +427,14 @@ class Device(AbstractContextManager["Device"]):
             self.line.send(wire)
 
     def _timeout_s(self, pending: dict[int, _Request]) -> float:
-        """The smoothed trip, and the time that the bytes under way take at the board's rate: a
-        first large request must not be judged by the small ones before it."""
+        """The smoothed trip, and the time that the bytes under way take at the board's rate, or
+        took so far where it has none: a first large request must not be judged by the small ones
+        before it."""
         timeout_s = self._timing.timeout_s()
-        if self._identity is not None and self._identity.baud:
+        if self._identity is not None:
             there = sum(len(request.wire) for request in pending.values())
-            timeout_s += 2 * there * 10 / self._identity.baud
+            baud = self._identity.baud
+            timeout_s += 2 * there * (10 / baud if baud else self._timing.byte_s)
         return timeout_s
 
     def _wait_s(self, pending: dict[int, _Request]) -> float:
@@ -465,7 +470,9 @@ class Device(AbstractContextManager["Device"]):
         self._heard_s = now
         self.counters.answers += 1
         if request.tries == 1 and request.sent_s is not None:
-            self._timing.learn(now - request.sent_s)  # Karn: a retried trip tells nothing
+            # Karn: a retried trip tells nothing.
+            carried = len(request.wire) + OVERHEAD + len(frame.payload)
+            self._timing.learn(now - request.sent_s, carried)
             for other in pending.values():
                 if other.sent_s is not None and other.sent_s <= request.sent_s:
                     older = (request.sequence - other.sequence) & 0xFFFF < 0x8000
