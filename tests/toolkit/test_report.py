@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from softsense.cli.main import main
+from softsense.recording import read, write
 from softsense.report import Figure, Table, charts, write_page
 
 EVIL = "<script>document.title='broken'</script>"
@@ -32,8 +35,8 @@ def page(folder: Path) -> Path:
     return write_page(folder, EVIL, EVIL, figures, [table], code=EVIL)[0]
 
 
-def test_it_works_in_a_browser(tmp_path: Path, browser) -> None:
-    path = page(tmp_path)
+def look(browser, path: Path, figures: int) -> None:
+    """On a phone and on a desk: no complaint, every figure drawn, every link leads somewhere."""
     for width in (360, 1200):
         browser.execute_cdp_cmd(
             "Emulation.setDeviceMetricsOverride",
@@ -41,7 +44,6 @@ def test_it_works_in_a_browser(tmp_path: Path, browser) -> None:
         )
         browser.get(f"file://{path}")
         assert browser.get_log("browser") == []
-        assert browser.title == EVIL  # shown as text, not run
         sideways = "return document.documentElement.scrollWidth - window.innerWidth"
         assert browser.execute_script(sideways) <= 0
         boxes = browser.execute_script(
@@ -49,13 +51,47 @@ def test_it_works_in_a_browser(tmp_path: Path, browser) -> None:
             "const b = s.getBBox(); return [b.width, b.height,"
             "s.querySelectorAll('path,rect').length]})"
         )
-        assert len(boxes) == 5
-        assert all(w > 50 and h > 20 and marks > 1 for w, h, marks in boxes)
+        assert len(boxes) == figures
+        assert all(w > 50 and h > 20 and marks > 0 for w, h, marks in boxes)
         missing = browser.execute_script(
             "return [...document.querySelectorAll('a[href^=\"#\"]')].filter("
             "a => !document.getElementById(a.hash.slice(1))).length"
         )
         assert missing == 0
+    for kind in ("svg", "png"):
+        copies = list((path.parent / "figures").glob(f"*.{kind}"))
+        assert len(copies) == figures
+        for copy in copies:
+            browser.get(f"file://{copy}")
+            assert browser.get_log("browser") == []
+    # Nothing blank: a picture of one colour shrinks to almost nothing.
+    assert min(copy.stat().st_size for copy in copies) > 3000
+
+
+def test_it_works_in_a_browser(tmp_path: Path, browser) -> None:
+    path = page(tmp_path)
+    look(browser, path, figures=5)
+    browser.get(f"file://{path}")
+    assert browser.title == EVIL  # shown as text, not run
+
+
+def test_the_reports_of_build_and_diagnose_work_in_a_browser(tmp_path: Path, browser) -> None:
+    def run(*command: str) -> None:
+        assert main([*command, "-q"]) == 0
+
+    recording = str(tmp_path / "rec.csv")
+    run("simulate", "linear", "--samples", "1500", "-o", recording)
+    quick = ["--size", "2", "--hidden", "8", "--epochs", "10", "--on", "reference"]
+    run("build", recording, *quick, "-o", str(tmp_path / "out"))
+    look(browser, tmp_path / "out" / "report.html", figures=9)
+    rec = read(recording)
+    later = rec.codes.copy()
+    later[700:, :2] += 60
+    write(replace(rec, codes=later), tmp_path / "real.csv")
+    run("diagnose", recording, str(tmp_path / "real.csv"), "-o", str(tmp_path / "gap"))
+    drawn = len(list((tmp_path / "gap" / "figures").glob("*.svg")))
+    assert drawn >= 5
+    look(browser, tmp_path / "gap" / "report.html", figures=drawn)
 
 
 def test_dark_and_light_are_both_legible(tmp_path: Path, browser) -> None:
@@ -87,7 +123,8 @@ def test_nothing_is_fetched_and_bytes_repeat(tmp_path: Path) -> None:
     assert first == page(tmp_path / "b").read_text()
     assert "http" not in first.replace("http://www.w3.org", "")
     assert "<script" not in first
-    assert len(list((tmp_path / "a" / "figures").glob("*.svg"))) == 5
+    for figure in (tmp_path / "a" / "figures").iterdir():
+        assert figure.read_bytes() == (tmp_path / "b" / "figures" / figure.name).read_bytes()
 
 
 def test_long_lines_keep_their_spikes_and_stay_small() -> None:

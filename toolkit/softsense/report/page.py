@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from importlib.util import find_spec
 from pathlib import Path
 
-from softsense_codegen.atomic import write_text
+from softsense_codegen.atomic import write_bytes, write_text
 
 # Okabe and Ito's palette, told apart with every kind of colour vision; lifted for dark pages.
 STYLE = """
@@ -40,6 +41,9 @@ ALONE = """<style>text{font:11px system-ui,sans-serif;fill:#5c6570}text.strong{f
 .d{stroke:#cc79a7}.fa{fill:#0072b2}.fb{fill:#d55e00}.fc{fill:#009e73}.fd{fill:#cc79a7}
 .thin{fill:none;stroke-width:1.2}.thick{fill:none;stroke-width:2}</style>"""
 
+# Of the PNG copies, per unit of the SVG.
+PIXELS = 2.0
+
 
 @dataclass(frozen=True)
 class Figure:
@@ -69,7 +73,7 @@ def write_page(
     tables: Sequence[Table],
     code: str = "",
 ) -> list[Path]:
-    """Write ``out``/report.html and one SVG per figure; returns the paths.
+    """Write ``out``/report.html and one SVG and PNG per figure; returns the paths.
 
     Every text is escaped: column names come from anybody's files.
     """
@@ -94,7 +98,27 @@ def write_page(
     for figure in figures:
         alone = figure.svg.replace(">", f' xmlns="http://www.w3.org/2000/svg">{ALONE}', 1)
         paths.append(write_text(out / "figures" / f"{figure.name}.svg", alone + "\n"))
+        paths.append(write_bytes(out / "figures" / f"{figure.name}.png", _png(alone)))
     return paths
+
+
+def _png(svg: str) -> bytes:
+    """``svg`` in pixels, with the font that matplotlib brings: the same bytes on every machine."""
+    import resvg_py
+
+    spec = find_spec("matplotlib")
+    assert spec is not None
+    assert spec.origin is not None
+    font = Path(spec.origin).parent / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf"
+    return bytes(
+        resvg_py.svg_to_bytes(
+            svg_string=svg.replace("system-ui", "DejaVu Sans"),
+            background="white",
+            zoom=PIXELS,
+            skip_system_fonts=True,
+            font_files=[str(font)],
+        )
+    )
 
 
 def _table(number: int, table: Table) -> str:
