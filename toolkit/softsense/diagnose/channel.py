@@ -26,6 +26,8 @@ STATIC_PRICE = 0.5
 STATIC_SHARE = 0.02
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
 FORM_SHARE = 0.006
+# The same where every equation is exact: play, delays, circuits.
+EXACT_SHARE = 0.002
 # Standard deviation of a weight that physics fixes at 1, beside other effects.
 LEEWAY = 0.03
 OWN_RANDOM = 1.5
@@ -192,7 +194,8 @@ class Channel:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))
             price += EFFECT_PRICE * self.samples * count
-            price += FORM_SHARE * self.excess * max(count - 1, 0)
+            exact = all(all_effects()[name].exact for name, _ in fit.picks)
+            price += (EXACT_SHARE if exact else FORM_SHARE) * self.excess * max(count - 1, 0)
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:

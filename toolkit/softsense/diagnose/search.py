@@ -8,6 +8,7 @@ from itertools import combinations
 
 from softsense.diagnose.channel import BESIDE_WALK, WALK, Channel
 from softsense.diagnose.design import Fit
+from softsense.effects import all_effects
 
 Names = frozenset[str]
 # Pairs begin with the most promising single effects, triples with the best pairs.
@@ -20,6 +21,7 @@ WALK_LEAVES = 3.0
 # Naming one effect more, in noise variances of one channel and as a share of the whole gap.
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
+EXACT_NAME_SHARE = 0.001
 
 
 @dataclass(frozen=True)
@@ -47,8 +49,11 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     if WALK in names:
         # Beside a walk little is seen of an effect, however large it is.
         return Model(names, fits, price + each * (1.0 + BESIDE_WALK * (len(names) - 1)))
-    each += NAME_SHARE * sum(channel.excess for channel in channels)
-    return Model(names, fits, price + each * len(names))
+    gap = sum(channel.excess for channel in channels)
+    exact = all(all_effects()[name].exact for name in names)
+    more = EXACT_NAME_SHARE if exact else NAME_SHARE
+    shares = (NAME_SHARE + more * (len(names) - 1)) * gap if names else 0.0
+    return Model(names, fits, price + each * len(names) + shares)
 
 
 def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:

@@ -190,7 +190,7 @@ class Effect:
 
     ``simulate(u, context, values, form, state)`` returns the changed signal and the state after
     it; ``values`` holds (channels,) or (channels, parts) for every parameter. Call ``apply``,
-    which fills in defaults.
+    which fills in defaults. ``exact``: the equation is what happens, not a model of a material.
     """
 
     name: str
@@ -205,6 +205,7 @@ class Effect:
     explain: Explain | None = None
     # As ``explain``, on a fine grid around a candidate's ``values``.
     zoom: Zoom | None = None
+    exact: bool = False
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

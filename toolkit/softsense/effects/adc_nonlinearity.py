@@ -48,4 +48,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     forms=("bow", "s_shape", "missing_codes"),
+    exact=True,
 )

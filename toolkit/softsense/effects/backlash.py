@@ -54,4 +54,5 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     forms=("play", "dead_zone"),
+    exact=True,
 )

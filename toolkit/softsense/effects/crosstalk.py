@@ -29,10 +29,24 @@ def simulate(
     return result, {"last": u[-1].copy()}
 
 
+# Shares at which a chain of channels that hear each other is looked at, and its length.
+CHAINED = (0.06, 0.15, 0.3)
+REACH = 3
+
+
 def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel in place of its own."""
     result = []
-    for other in range(nominal.codes.shape[1]):
+    channels = nominal.codes.shape[1]
+    for amplitude in CHAINED if channels >= REACH else ():
+        # The capacitor keeps what it had, with what that had kept of the channels before.
+        heard = nominal.codes[:, nominal.channel - REACH]
+        for back in range(REACH - 1, 0, -1):
+            own = nominal.codes[:, nominal.channel - back]
+            heard = own + amplitude * (heard - own)
+        source = float((nominal.channel - 1) % channels)
+        result.append(Candidate((heard - nominal.u)[:, None], {"source": source}))
+    for other in range(channels):
         if other != nominal.channel:
             column = (nominal.codes[:, other] - nominal.u)[:, None]
             result.append(Candidate(column, {"source": float(other)}))
@@ -55,4 +69,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     forms=("scan", "supply"),
+    exact=True,
 )

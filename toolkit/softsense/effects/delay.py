@@ -85,4 +85,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
+    exact=True,
 )

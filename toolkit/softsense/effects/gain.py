@@ -62,4 +62,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     forms=("constant", "time", "cycles"),
+    exact=True,
 )

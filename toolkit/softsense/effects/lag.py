@@ -69,4 +69,5 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     forms=("one_pole", "two_poles"),
+    exact=True,
 )

@@ -58,4 +58,5 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     forms=("hard", "soft"),
+    exact=True,
 )
