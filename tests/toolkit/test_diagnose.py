@@ -121,6 +121,18 @@ def test_a_hidden_effect_is_named_with_its_channels(effect: str, channels: list[
         assert result.data["after"]["rmse_codes"] < 0.5 * result.data["gap"]["rmse_codes"]
 
 
+@pytest.mark.parametrize(
+    ("effect", "key", "truth", "width"),
+    [("delay", "delay_s", 1.6 / RATE_HZ, 0.01), ("step", "onset_s", 171.0, 0.5)],
+)
+def test_the_interval_of_a_parameter_holds_the_truth(effect, key, truth, width) -> None:
+    x, codes = clean(5)
+    result = diagnose(recorded(x, codes, 1), recorded(x, hide(x, codes, effect), 2))
+    low, high = result.data["effects"][0]["parameters"][key]["ci95"]
+    assert low <= truth <= high
+    assert 0.0 < high - low < width
+
+
 def test_two_effects_are_both_named() -> None:
     x, codes = clean(7)
     both = hide(x, hide(x, codes, "drift"), "delay")

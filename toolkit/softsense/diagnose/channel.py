@@ -33,6 +33,10 @@ LEEWAY = 0.03
 OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
+# Parameters that are whole numbers, and have no interval.
+COUNTED = ("source", "poles")
+# 95 % of a chi-squared variable with one degree of freedom.
+CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
 WALK = "random_walk"
 WALK_PRICE = 0.5
@@ -310,6 +314,39 @@ class Channel:
         fits = [self.best(names)]
         fits += [self.within(names - {name}) for name in names]
         return min(fits, key=self.price)
+
+    def interval(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
+        """The parameter ``key`` of the effect ``name`` in a fit, and its 95 % interval.
+
+        By the error of the same fit with other values of the grid: a parabola around the best (the
+        likelihood ratio), widened by how far the residual is from white noise of its stated size.
+        At least half a step of the grid to either side.
+        """
+        picks = dict(fit.picks)
+        chosen = self.entries[name][picks[name]].candidate
+        value = float(chosen.values[key])
+        if key in COUNTED:
+            return value, value, value
+        static = 0 if fit.static is None else len(fit.static)
+        rest = {k: v for k, v in chosen.values.items() if k != key}
+        tried: dict[float, float] = {}
+        for number, entry in enumerate(self.entries[name]):
+            other = entry.candidate
+            alike = other.form == chosen.form and other.columns.shape == chosen.columns.shape
+            same = {k: v for k, v in other.values.items() if k != key}
+            if alike and entry.nominal is None and same == rest:
+                made = self._fit(tuple(sorted({**picks, name: number}.items())), static)
+                tried[float(other.values[key])] = float(made.errors.sum()) / self.sigma**2
+        grid = np.array(sorted(tried))
+        at = int(np.argmin(np.abs(grid - value))) if len(grid) else 0
+        if not 0 < at < len(grid) - 1:
+            return value, value, value
+        below, best, above = (tried[v] for v in grid[at - 1 : at + 2])
+        left, right = grid[at] - grid[at - 1], grid[at + 1] - grid[at]
+        bend = ((above - best) / right + (below - best) / left) / (left + right)
+        noise = max(float(fit.errors.sum()) / self.sigma**2 / self.samples, 1.0)
+        half = np.sqrt(CHI2_95 * noise / bend) if bend > 0.0 else max(left, right)
+        return value, value - float(max(half, left / 2)), value + float(max(half, right / 2))
 
     def predicted(self, fit: Fit) -> Floats:
         """(samples,) what a fit adds to the channel's nominal codes."""

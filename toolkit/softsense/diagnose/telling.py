@@ -327,7 +327,7 @@ def _parameters(
 ) -> dict[str, Any]:
     """The size in codes, and the shape's parameters, with intervals over blocks or channels."""
     sizes: list[float] = []
-    values: dict[str, list[float]] = {}
+    values: dict[str, list[tuple[float, float, float]]] = {}
     for number in active:
         channel, fit = channels[number], best.fits[number]
         if name == WALK:
@@ -338,8 +338,8 @@ def _parameters(
         trace = channel.columns(pick) @ weights
         for block in np.array_split(np.arange(len(trace)), BLOCKS):
             sizes.append(float(np.sqrt(np.mean(trace[block] ** 2))))
-        for key, value in channel.entries[name][pick[1]].candidate.values.items():
-            values.setdefault(key, []).append(float(value))
+        for key in channel.entries[name][pick[1]].candidate.values:
+            values.setdefault(key, []).append(channel.interval(fit, name, key))
     draws = [float(np.mean(rng.choice(sizes, len(sizes)))) for _ in range(200)]
     result: dict[str, Any] = {
         "rms_codes": {
@@ -348,12 +348,8 @@ def _parameters(
         }
     }
     for key, given in values.items():
-        # One grid step on either side is what the search can tell apart.
-        low, high = min(given) / 1.25, max(given) * 1.25
-        result[key] = {
-            "value": float(np.median(given)),
-            "ci95": sorted([low, high]),
-        }
+        middles, lows, highs = zip(*given, strict=True)
+        result[key] = {"value": float(np.median(middles)), "ci95": [min(lows), max(highs)]}
     return result
 
 
