@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +16,8 @@ from softsense.diagnose.design import Design, Entry, Fit, Pick
 from softsense.effects import STAGES, Candidate, Nominal, all_effects
 
 Floats = NDArray[np.float64]
+Item = TypeVar("Item")
+Result = TypeVar("Result")
 
 # Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
 # training half of tests/benchmarks/gap.
@@ -373,6 +378,16 @@ class Channel:
             used += width
             result.append((pick, weights))
         return result
+
+
+def all_at_once(
+    work: Callable[[Item], Result], items: Sequence[Item], samples: int
+) -> list[Result]:
+    """``work`` on every channel: long recordings' filters run on all cores."""
+    if samples <= SEARCHED:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(work, items))
 
 
 def without_slow(table: Floats, reach: int = 5) -> Floats:

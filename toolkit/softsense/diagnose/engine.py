@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import WALK, Channel, explained, without_slow
+from softsense.diagnose.channel import WALK, Channel, all_at_once, explained, without_slow
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
@@ -310,12 +310,12 @@ def _channels(
 ) -> list[Channel]:
     sigma, curve = noise_rms(residual), _curve(motion)
     made = nominals(smooth, motion, bits, reference_of(smooth, motion))
-    return [
-        Channel(
-            nominal, residual[:, number], float(sigma[number]), curve, known, float(own[number])
-        )
-        for number, nominal in enumerate(made)
-    ]
+
+    def channel(number: int) -> Channel:
+        level, square = float(sigma[number]), float(own[number])
+        return Channel(made[number], residual[:, number], level, curve, known, square)
+
+    return all_at_once(channel, range(len(made)), len(residual))
 
 
 def _left(channels: Sequence[Channel], best: Model) -> Floats:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from softsense.diagnose.channel import BESIDE_WALK, WALK, Channel
+from softsense.diagnose.channel import BESIDE_WALK, WALK, Channel, all_at_once
 from softsense.diagnose.design import Fit
 from softsense.effects import all_effects
 
@@ -65,8 +65,11 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     if not coarse[0].names:
         return coarse
     near = [m for s in (1, 2, 3) for m in [c for c in coarse if len(c.names) == s][:ZOOMED]]
-    for number, channel in enumerate(channels):
-        channel.zoom({pick for made in near for pick in made.fits[number].picks})
+
+    def zoom(number: int) -> None:
+        channels[number].zoom({pick for made in near for pick in made.fits[number].picks})
+
+    all_at_once(zoom, range(len(channels)), len(channels[0].residual))
     fine = _models(channels, known)
     several = [made for made in fine[:COMPOSED] if len(made.names) > 1]
     rest = [made for made in fine if made not in several]

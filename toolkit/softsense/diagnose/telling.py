@@ -35,6 +35,8 @@ SIMILAR = 0.01
 # A gap of this many noise variances per sample of a channel, of which so much is left, is unknown.
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
+# Where even two effects leave so much of it, something is there besides, or in their place.
+REMAINING_SHARE = 0.05
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
 DRIVEN = 0.5
 FAST = 100
@@ -94,6 +96,7 @@ def tell(
         best, found = replace(best, names=frozenset()), []
     if not best.names:
         change = np.zeros_like(change)
+    remains = len(best.names - {WALK}) > 1 and _left_share(channels, best) > REMAINING_SHARE
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
@@ -125,7 +128,7 @@ def tell(
         "effects": effects,
         "unexplained": {
             "share": (1.0 if not best.names else _left_share(channels, best)) if present else 0.0,
-            "unknown_effect": unknown,
+            "unknown_effect": unknown or remains,
         },
         "confusable": [
             [effect["name"], other["name"]]
@@ -138,7 +141,7 @@ def tell(
             "shrink_ci95": interval,
             "estimator_rmse": estimators[2],
         },
-        "advice": _advice(effects, unknown),
+        "advice": _advice(effects, unknown or remains),
     }
     return engine.Diagnosis(
         data=data,

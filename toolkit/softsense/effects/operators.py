@@ -22,9 +22,9 @@ Floats = NDArray[np.float64]
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     """``function`` as a compiled loop, kept on disk where there is a place to keep it."""
     try:
-        result: Callable[..., Any] = njit(cache=True)(function)
+        result: Callable[..., Any] = njit(cache=True, nogil=True)(function)
     except RuntimeError:  # no writable folder for the cache: compile in every process
-        result = njit(function)
+        result = njit(nogil=True)(function)
     return result
 
 
