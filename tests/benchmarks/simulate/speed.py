@@ -1,6 +1,6 @@
 """CPU time of the simulator: 8000 samples, a million samples, and how it grows.
 
-python tests/benchmarks/simulate/speed.py [--json]
+python tests/benchmarks/simulate/speed.py [--json FILE]
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import argparse
 import json
 import sys
 import time
+from pathlib import Path
 
 from softsense.simulate import finger_rig, linear_rig, random_motion, run, simulate
 from softsense.simulate.calibrate import calibrate
@@ -30,7 +31,7 @@ def best_s(samples: int, rig, repeats: int) -> float:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", type=Path, help="write the rows here")
     args = parser.parse_args()
     rigs = {"linear": linear_rig(0), "finger": finger_rig(0)}
     rows = {}
@@ -45,11 +46,10 @@ def main() -> int:
     start = time.process_time()
     calibrate(recording)
     rows["calibrate, 8000 samples x 7 sensors"] = time.process_time() - start
+    for name, seconds in rows.items():
+        print(f"{name:40s} {1000 * seconds:9.1f} ms")
     if args.json:
-        print(json.dumps(rows, indent=1))
-    else:
-        for name, seconds in rows.items():
-            print(f"{name:40s} {1000 * seconds:9.1f} ms")
+        args.json.write_text(json.dumps(rows, indent=1) + "\n")
     return 0
 
 

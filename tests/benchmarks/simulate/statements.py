@@ -1,6 +1,6 @@
 """How often the simulated rig says what the paper's rig said, over many seeds.
 
-    python tests/benchmarks/simulate/statements.py [SEEDS] [--json]
+    python tests/benchmarks/simulate/statements.py [SEEDS] [--json FILE]
 
 Every statement of Thuruthel et al. (2021) that the simulator's constants were chosen for is
 checked on recordings of 8000 samples; a seed draws wires, samples and motion. Accuracy is that of
@@ -14,6 +14,7 @@ import argparse
 import json
 import sys
 from itertools import combinations, combinations_with_replacement
+from pathlib import Path
 
 import numpy as np
 
@@ -198,7 +199,7 @@ def rates(seeds: int, parts: tuple = PARTS) -> dict:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("seeds", nargs="?", type=int, default=40)
-    parser.add_argument("--json", action="store_true")
+    parser.add_argument("--json", type=Path, help="write the rows here")
     args = parser.parse_args()
     table = rates(args.seeds)
     rows = {}
@@ -211,10 +212,9 @@ def main() -> int:
         else:
             rows[name.strip()] = {"true": int(sum(asked)), "asked": len(asked)}
             text = f"{sum(asked)} of {len(asked)} seeds"
-        if not args.json:
-            print(f"{name:62s} {text}")
+        print(f"{name:62s} {text}")
     if args.json:
-        print(json.dumps(rows, indent=1))
+        args.json.write_text(json.dumps(rows, indent=1) + "\n")
     return 0
 
 
