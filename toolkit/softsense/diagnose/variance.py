@@ -120,7 +120,7 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
     if np.std(left) < 1.0:
         return None
     padded = np.pad(power, half, mode="reflect")
-    local = np.array([np.median(padded[i : i + 2 * half + 1]) for i in range(0, len(power), 8)])
+    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[::8], axis=1)
     floor = np.repeat(local, 8)[: len(power)] / np.log(2.0)
     # The largest of n exponential values is about log n: ask for far more than that, and for a
     # tone that is itself as large as the noise.
