@@ -133,6 +133,21 @@ def test_the_interval_of_a_parameter_holds_the_truth(effect, key, truth, width) 
     assert 0.0 < high - low < width
 
 
+@pytest.mark.parametrize(("common", "said"), [(True, "temperature"), (False, "random_walk")])
+def test_a_walk_that_all_channels_share_is_a_temperature(common: bool, said: str) -> None:
+    """One that nobody logged: the same for every channel, each with its own gain."""
+    x, codes = clean(6)
+    rng = np.random.default_rng(3)
+    walks = np.cumsum(rng.normal(size=codes.shape), axis=0) * 0.4
+    if common:
+        walks = walks[:, :1] * np.array([1.0, 0.6, -0.8, 1.3]) * (1.0 + 0.2 * x[:, None])
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + walks, 2))
+    assert result.effects == (said,)
+    others = [other["name"] for other in result.data["effects"][0]["alternatives"]]
+    assert ("random_walk" in others) == common
+    assert any("log the temperature" in text for text in result.data["advice"]) == common
+
+
 def test_two_effects_are_both_named() -> None:
     x, codes = clean(7)
     both = hide(x, hide(x, codes, "drift"), "delay")

@@ -212,6 +212,7 @@ NAMES = (
     "hysteresis relaxation softening overshoot drift random_walk gain step backlash delay lag "
     "saturation adc_nonlinearity crosstalk interference spikes noise"
 ).split()
+CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
 FOREIGN = ("contact", "load", "sticking", "ringing")
 # Parameters that the simulator has, and may have wrong.
@@ -249,7 +250,8 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
         if name == "step":
             onset = float(rng.uniform(80.0, 320.0))
         for c in chosen:
-            own = np.random.default_rng(stream)
+            # Parameters are shared by the channels, and chance is not.
+            own = np.random.default_rng([stream, c] if name in CHANCE else stream)
             if name in FOREIGN:
                 change = _foreign(name, own, signals[:, c], real[:, c], x)
                 change *= size * noise[c] / _rms(change)
