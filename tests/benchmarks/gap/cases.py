@@ -130,6 +130,18 @@ def _preisach(rng: Random, y: Floats) -> Floats:
     return out
 
 
+def _plane(rng: Random, y: Floats) -> Floats:
+    """Relays without number: their widths in groups, their middles in a bell for each."""
+    out = np.zeros(len(y))
+    for width in rng.uniform(0.02, 0.4, 5):
+        z, played = y[0], np.empty(len(y))
+        for k, value in enumerate(y):
+            z = min(max(z, value - width / 2), value + width / 2)
+            played[k] = z
+        out += rng.uniform(0.2, 1.0) * erf((played - rng.uniform(0.1, 0.9)) / rng.uniform(0.1, 0.5))
+    return out
+
+
 def _fractional(rng: Random, s: Floats) -> Floats:
     order = rng.uniform(0.1, 0.35)
     weight = np.cumprod(np.concatenate([[1.0], 1.0 - (order + 1.0) / np.arange(1, len(s))]))
@@ -149,7 +161,11 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
     table: dict[str, list[Callable[[], Floats]]] = {
         "hysteresis": [
             lambda: _stepped(y, lambda z, d: d - bend * abs(d) * z - 0.3 * bend * d * abs(z)),
-            lambda: _stepped(y, lambda z, d: bend * d * (1.0 - z * np.sign(d))),
+            lambda: (
+                _stepped(y, lambda z, d: bend * d * (1.0 - z * np.sign(d)))
+                if rng.random() < 0.5
+                else _plane(rng, y)
+            ),
             lambda: _preisach(rng, y),
         ],
         "relaxation": [

@@ -27,6 +27,8 @@ EFFECT_PRICE = 0.25
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
+CURVED_PRICE = 0.1
+CURVED_SHARE = 0.004
 STATIC_PRICE = 0.5
 STATIC_SHARE = 0.02
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
@@ -72,8 +74,11 @@ class Channel:
         self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
-        found: dict[str, list[Entry]] = {}
-        for name in known:
+        found: dict[str, list[Entry]] = {name: [] for name in known}
+        # Channels begin with different effects, so that what one has asked the nominal response is
+        # there when another, at work beside it, asks the same.
+        first = 4 * nominal.channel % max(len(known), 1)
+        for name in (*known[first:], *known[:first]):
             explain = all_effects()[name].explain
             made = explain(nominal) if explain is not None else []
             found[name] = [self._entry(candidate, k) for k, candidate in enumerate(made)]
@@ -205,6 +210,9 @@ class Channel:
             price += EFFECT_PRICE * self.samples * count
             exact = all(all_effects()[name].exact for name, _ in fit.picks)
             price += (EXACT_SHARE if exact else FORM_SHARE) * self.excess * max(count - 1, 0)
+        picks = [pick for pick in fit.picks if pick[0] != WALK]
+        if any(self.entries[name][number].candidate.curved for name, number in picks):
+            price += CURVED_PRICE * self.samples + CURVED_SHARE * self.excess
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:

@@ -168,7 +168,8 @@ class Candidate:
 
     ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``parallel``: the weights
     have one sign by physics (all parts relax); where they cancel, something else is mimicked.
-    ``values``: the parameters that the columns were made with.
+    ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
+    static curve besides, which other effects could be behind.
     """
 
     columns: Floats
@@ -176,6 +177,7 @@ class Candidate:
     form: str = ""
     fixed: bool = False
     parallel: bool = False
+    curved: bool = False
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -92,6 +92,21 @@ def simulate(
     return u + values["amplitude"] * z, {"last": last, "memory": memory}
 
 
+def _preisach(base: Floats) -> Floats:
+    """(samples, columns) that a plane of relays can make of ``base`` (samples,).
+
+    Relays of one width switch where a play of half that width passes their middles, so a plane of
+    them is a sum of curves of plays (Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis).
+    """
+    widths = np.array([0.05, 0.12, 0.25, 0.45])
+    signal = np.repeat(base[:, None], len(widths), axis=1)
+    played = play(signal, widths, signal[0].copy())
+    middle = base.mean()
+    powers = [(played - middle) ** k - (signal - middle) ** k for k in (1, 2, 3)]
+    static = [(base - middle)[:, None] ** k - (base[0] - middle) ** k for k in (1, 2, 3)]
+    return np.concatenate([*powers, *static], axis=1)
+
+
 def explain(nominal: Nominal) -> list[Candidate]:
     """Ladders of play operators and of Dahl's states, of the signal, of the strain, or of both."""
     sharp: dict[str, list[Floats]] = {"prandtl-ishlinskii": [], "short": [], "dahl": []}
@@ -111,6 +126,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
     for form, made in sharp.items():
         name = "prandtl-ishlinskii" if form == "short" else form
         result += [Candidate(columns, {}, name) for columns in (*made, np.concatenate(made, 1))]
+    for base in (nominal.share, nominal.strain):
+        result.append(Candidate(_preisach(base) * nominal.span, {}, "preisach", curved=True))
     for played, slipped in zip(sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True):
         mixed = np.concatenate([played, slipped], axis=1)
         result.append(Candidate(mixed, {}, "prandtl-ishlinskii and dahl"))
@@ -124,6 +141,7 @@ EFFECT = Effect(
     equation="u + A z; prandtl_ishlinskii: z = mean of 6 stop operators with thresholds r/6 … r; "
     "bouc_wen: dz = (du - |du| z / 2 - du |z| / 2) / r; dahl: dz = (du - |du| z) / r",
     source="Prandtl-Ishlinskii: Visintin, Differential Models of Hysteresis (1994); "
+    "Preisach, Z. Phys. 94 (1935); "
     "Bouc-Wen: Wen, J. Eng. Mech. Div. 102 (1976); Dahl, AIAA J. 14 (1976)",
     fingerprint="loading differs from unloading, loop area independent of rate, constant in "
     "holds, minor loops close",
