@@ -1,11 +1,13 @@
 """Requests under each kind of fault: prints how many answers were wrong (none may be).
 
 python tests/benchmarks/link/soak.py [--requests 100000] [--board host] [--faults SPEC]
+                                      [--json FILE]
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 import time
 from pathlib import Path
 
@@ -42,11 +44,12 @@ def main() -> int:
     parser.add_argument("--requests", type=int, default=100_000)
     parser.add_argument("--board", default="host")
     parser.add_argument("--faults", help="only these, e.g. drop=0.01,delay=20ms,reset")
+    parser.add_argument("--json", type=Path, help="write the rows here")
     args = parser.parse_args()
     rng = np.random.default_rng(0)
     print(f"{args.requests} requests of one row each, board {args.board}")
     print("fault              wrong  errors  retries  damaged  resets  cuts  requests/s")
-    wrong_at_all = 0
+    rows: list[dict[str, object]] = []
     kinds = KINDS if args.faults is None else [args.faults]
     for number, text in enumerate(kinds):
         wrong = errors = 0
@@ -69,8 +72,21 @@ def main() -> int:
             f"{cable.resets:7d} {cable.cuts:5d} {args.requests / seconds:11.0f}",
             flush=True,
         )
-        wrong_at_all += wrong
-    return 3 if wrong_at_all else 0
+        rows.append(
+            {
+                "faults": text,
+                "requests": args.requests,
+                "wrong": wrong,
+                "errors": errors,
+                "retries": counters.retries,
+                "resets": cable.resets,
+                "cuts": cable.cuts,
+                "requests_per_s": args.requests / seconds,
+            }
+        )
+    if args.json:
+        args.json.write_text(json.dumps(rows, indent=1) + "\n")
+    return 3 if any(row["wrong"] for row in rows) else 0
 
 
 if __name__ == "__main__":

@@ -1,15 +1,16 @@
 """Throughput and latency of the link, per board, beside what the link could carry at most.
 
 python tests/benchmarks/link/throughput.py [--baud 115200] [--boards host,mps2-an386]
+                                            [--json FILE]
 
 The limit is that of the busier direction: ten bits per byte, every byte of a frame counted, while
-requests go
-one way and answers the other at the same time.
+requests go one way and answers the other at the same time.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
 from pathlib import Path
 
 import numpy as np
@@ -32,7 +33,8 @@ def limit(baud: int, rows: int) -> float:
     return rows * baud / 10 / longest
 
 
-def measure(name: str, baud: int) -> None:
+def measure(name: str, baud: int) -> list[dict[str, object]]:
+    found: list[dict[str, object]] = []
     with connect(MODEL, f"emulate:{name}", faults=Faults(baud=baud)) as device:
         trips = sorted(device.ping() * 1e3 for _ in range(20))
         full = device.rows_per_batch()
@@ -48,17 +50,31 @@ def measure(name: str, baud: int) -> None:
                 f"   {trips[len(trips) // 2]:6.2f} ms   {device.counters.retries} retries",
                 flush=True,
             )
+            found.append(
+                {
+                    "board": name,
+                    "baud": baud,
+                    "rows": rows,
+                    "estimates_per_s": rate,
+                    "limit_per_s": most,
+                    "round_trip_ms": trips[len(trips) // 2],
+                    "retries": device.counters.retries,
+                }
+            )
+    return found
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--baud", type=int, default=115200)
     parser.add_argument("--boards", default="")
+    parser.add_argument("--json", type=Path, help="write the rows here")
     args = parser.parse_args()
     chosen = args.boards.split(",") if args.boards else [b.name for b in boards() if b.usable]
     print("board             baud  rows  estimates   the limit  share   round trip")
-    for name in chosen:
-        measure(name, args.baud)
+    rows = [row for name in chosen for row in measure(name, args.baud)]
+    if args.json:
+        args.json.write_text(json.dumps(rows, indent=1) + "\n")
 
 
 if __name__ == "__main__":
