@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +48,7 @@ class Table:
         """Number of segments."""
         return len(self.entries) - 1
 
-    @property
+    @cached_property
     def nodes(self) -> tuple[int, ...] | None:
         """The few nodes that ``between`` makes all entries of, or None where it cannot."""
         ratio = self.segments // NODE_SEGMENTS

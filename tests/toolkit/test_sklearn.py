@@ -35,6 +35,7 @@ def test_it_works_in_pipelines_and_searches() -> None:
         {"mlpestimator__hidden": [2, 6]},
         cv=TimeSeriesSplit(2),
     ).fit(rec.codes, rec.target[:, 0])
-    assert search.best_params_["mlpestimator__hidden"] in (2, 6)
+    # A fit that fails scores as no number.
+    assert np.isfinite(search.cv_results_["mean_test_score"]).all()
     two = MlpEstimator(hidden=4, max_epochs=5).fit(rec.codes, np.repeat(rec.target, 2, axis=1))
     assert two.predict(rec.codes[:3]).shape == (3, 2)

@@ -42,10 +42,10 @@ Stage = Callable[[str], None]
 Rows = list[tuple[str, ...]]
 BITS = "bit for bit:"
 CALMER_DECAYS = (1e-2, 3e-2, 1e-1)
+CALMER_COST = 1.03
 # Hidden units that are tried under a budget.
 BUDGET_SIZES = (60, 40, 28, 20, 14, 10, 7, 5)
 LAYOUTS: tuple[Optimise, ...] = ("speed", "size")
-CALMER_COST = 1.03
 # What float32 arithmetic of the float ONNX adds to a difference, as a share of full scale.
 FLOAT32_SHARE = 2.0**-18
 # What a search over a sample of the box may have missed.

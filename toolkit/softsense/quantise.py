@@ -149,19 +149,25 @@ def quantise(
             progress((number + 1) / (len(choices) + 1))
         if best_share <= SAMPLE_SHARE * tolerance:
             assert best is not None
-            bounds.prove(best)
-            best = replace(best, accuracy=measure(mlp, plain, best, data, seed))
+            best = _measured(mlp, plain, best, data, seed)
             # The search finds more than the sample held.
             best_share = _share(best)
             if best_share <= tolerance:
                 break
     assert best is not None
     if best.accuracy is None:
-        bounds.prove(best)
-        best = replace(best, accuracy=measure(mlp, plain, best, data, seed))
+        best = _measured(mlp, plain, best, data, seed)
     share = _share(best)
     error = _table_error(best)
     return Quantised(best, share, share <= tolerance, tolerance, error)
+
+
+def _measured(
+    mlp: Mlp, plain: list[_Affine], network: IntNetwork, data: Integers, seed: int
+) -> IntNetwork:
+    """``network``, proved to fit 32 bits, with its accuracy."""
+    bounds.prove(network)
+    return replace(network, accuracy=measure(mlp, plain, network, data, seed))
 
 
 def _share(network: IntNetwork) -> float:

@@ -74,5 +74,6 @@ def add_packages(parser: argparse.ArgumentParser) -> None:
 
 def packages_of(args: argparse.Namespace) -> tuple[Package, ...]:
     """The packages that were asked for."""
-    names: tuple[Package, ...] = ("arduino", "cmake", "platformio", "vectors")
-    return tuple(name for name in names if getattr(args, name))
+    from softsense_codegen.packages import PACKAGES
+
+    return tuple(name for name in PACKAGES if getattr(args, name))

@@ -27,16 +27,18 @@ EFFECT_PRICE = 0.25
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
-CURVED_PRICE = 0.1
-CURVED_SHARE = 0.004
 STATIC_PRICE = 0.5
 STATIC_SHARE = 0.02
+# A static curve that comes with an effect (``Candidate.curved``).
+CURVED_PRICE = 0.1
+CURVED_SHARE = 0.004
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
 FORM_SHARE = 0.006
 # The same where every equation is exact: play, delays, circuits.
 EXACT_SHARE = 0.002
 # Standard deviation of a weight that physics fixes at 1, beside other effects.
 LEEWAY = 0.03
+# A residual within this much of what the simulation has of its own (over the noise) is no gap.
 OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0

@@ -21,6 +21,7 @@ WALK_LEAVES = 3.0
 # Naming one effect more, in noise variances of one channel and as a share of the whole gap.
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
+# The same of the second and third where all are exact.
 EXACT_NAME_SHARE = 0.001
 
 

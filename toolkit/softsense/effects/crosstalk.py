@@ -6,6 +6,10 @@ import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
+# Shares at which a chain of channels that hear each other is looked at, and its length.
+CHAINED = (0.06, 0.15, 0.3)
+REACH = 3
+
 
 def simulate(
     u: Floats, context: Context, values: Values, form: str, state: State | None
@@ -27,11 +31,6 @@ def simulate(
             heard = np.concatenate([[last[source]], heard[:-1]])
         result[:, channel] += amplitude[channel] * (heard - u[:, channel])
     return result, {"last": u[-1].copy()}
-
-
-# Shares at which a chain of channels that hear each other is looked at, and its length.
-CHAINED = (0.06, 0.15, 0.3)
-REACH = 3
 
 
 def explain(nominal: Nominal) -> list[Candidate]:

@@ -108,7 +108,7 @@ def _preisach(base: Floats) -> Floats:
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Ladders of play operators and of Dahl's states, of the signal, of the strain, or of both."""
+    """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays."""
     sharp: dict[str, list[Floats]] = {"prandtl-ishlinskii": [], "short": [], "dahl": []}
     for base in (nominal.share, nominal.strain):
         for form, widths in (

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from softsense.errors import SoftsenseError
-from softsense.verify.instructions import CORES, countable, of_estimate
+from softsense.verify.instructions import CORES, countable, of_estimate, size_tool
 
 # name, compiler, flags. Sizes are of NAME.c alone; it needs no library.
 TARGETS = (
@@ -78,10 +78,9 @@ def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
     """
     costs = []
     for target, compiler, flags in TARGETS:
-        size_tool = compiler.replace("gcc", "size")
         if only not in (None, target):
             continue
-        if shutil.which(compiler) is None or shutil.which(size_tool) is None:
+        if shutil.which(compiler) is None or shutil.which(size_tool(compiler)) is None:
             continue
         with tempfile.TemporaryDirectory(prefix="softsense-") as scratch:
             made = Path(scratch) / "unit.o"
@@ -105,7 +104,7 @@ def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
                 said = done.stderr.strip().splitlines()[0]
                 raise SoftsenseError(f"{compiler} refuses it: {said}", where=str(source))
             sizes = subprocess.run(
-                [size_tool, "-A", str(made)], capture_output=True, text=True, check=True
+                [size_tool(compiler), "-A", str(made)], capture_output=True, text=True, check=True
             ).stdout
             usage = made.with_suffix(".su").read_text()
         work = {}

@@ -97,7 +97,7 @@ def countable(core: str) -> bool:
     if core not in CORES:
         return False
     compiler, emulator = CORES[core].compiler, CORES[core].emulator.split()[0]
-    return all(shutil.which(tool) for tool in (compiler, _size_tool(compiler), emulator))
+    return all(shutil.which(tool) for tool in (compiler, size_tool(compiler), emulator))
 
 
 def of_estimate(core: str, source: Path) -> Count:
@@ -129,7 +129,6 @@ def count(
     sources: list[Path],
     setup: str,
     call: str,
-    optimise: str = "-O2",
     libraries: tuple[str, ...] = (),
 ) -> Count:
     """The work of the C statement ``call``, which may use ``i`` (0, 1, …).
@@ -150,8 +149,8 @@ def count(
             f"{(HERE / f'{how.files}.c').read_text()}\n{setup}\n"
             f"#define CALLS {how.calls}u\n#define CALL {call}\n{(HERE / 'main.c').read_text()}"
         )
-        cc = [how.compiler, *how.flags.split(), optimise, "-ffunction-sections", "-fdata-sections"]
-        cc += ["-ffreestanding"]
+        cc = [how.compiler, *how.flags.split(), "-O2", "-ffreestanding"]
+        cc += ["-ffunction-sections", "-fdata-sections"]
         objects: list[str] = []
         flash = ram = 0
         for source in sources:
@@ -194,11 +193,12 @@ def _run(core: str, command: list[str]) -> int:
 def _sizes(compiler: str, path: Path) -> tuple[int, int]:
     """Bytes of code and constants (flash), and of static data (RAM)."""
     said = subprocess.run(
-        [_size_tool(compiler), str(path)], capture_output=True, text=True, check=True
+        [size_tool(compiler), str(path)], capture_output=True, text=True, check=True
     ).stdout.splitlines()[1]
     text, data, bss = (int(part) for part in said.split()[:3])
     return text + data, data + bss
 
 
-def _size_tool(compiler: str) -> str:
+def size_tool(compiler: str) -> str:
+    """The tool that tells the sizes of what ``compiler`` makes."""
     return compiler.removesuffix("gcc") + "size"
