@@ -133,6 +133,15 @@ def test_the_interval_of_a_parameter_holds_the_truth(effect, key, truth, width) 
     assert 0.0 < high - low < width
 
 
+def test_no_parameter_is_claimed_to_be_exact() -> None:
+    x, codes = clean(5)
+    for effect in ("delay", "step", "overshoot", "drift"):
+        result = diagnose(recorded(x, codes, 1), recorded(x, hide(x, codes, effect), 2))
+        for name, found in result.data["effects"][0]["parameters"].items():
+            low, high = found["ci95"]
+            assert low < found["value"] < high, (effect, name)
+
+
 @pytest.mark.parametrize(("common", "said"), [(True, "temperature"), (False, "random_walk")])
 def test_a_walk_that_all_channels_share_is_a_temperature(common: bool, said: str) -> None:
     """One that nobody logged: the same for every channel, each with its own gain."""

@@ -335,7 +335,7 @@ class Channel:
 
         By the error of the same fit with other values of the grid: a parabola around the best (the
         likelihood ratio), widened by how far the residual is from white noise of its stated size.
-        At least half a step of the grid to either side.
+        At least half a step of the grid to either side, and a whole one at its end.
         """
         picks = dict(fit.picks)
         chosen = self.entries[name][picks[name]].candidate
@@ -355,7 +355,10 @@ class Channel:
         grid = np.array(sorted(tried))
         at = int(np.argmin(np.abs(grid - value))) if len(grid) else 0
         if not 0 < at < len(grid) - 1:
-            return value, value, value
+            steps = np.abs(np.delete(grid, at) - value)
+            # Alone on the grid, it is known as closely as the coarsest grids are: by a quarter.
+            step = float(steps.min()) if len(steps) else 0.25 * abs(value)
+            return value, value - step, value + step
         below, best, above = (tried[v] for v in grid[at - 1 : at + 2])
         left, right = grid[at] - grid[at - 1], grid[at + 1] - grid[at]
         bend = ((above - best) / right + (below - best) / left) / (left + right)
