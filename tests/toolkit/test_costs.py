@@ -63,5 +63,5 @@ def test_a_program_too_large_for_the_core_is_refused(tmp_path: Path, tool) -> No
     tool("avr-gcc")
     source = tmp_path / "large.c"
     source.write_text("volatile char memory[4000];\nchar at(int i) { return memory[i]; }\n")
-    with pytest.raises(SoftsenseError, match="AVR ATmega328P: does not fit or link"):
+    with pytest.raises(SoftsenseError, match="AVR ATmega328P: is too small"):
         count("AVR ATmega328P", [source], "char at(int i);", "sink = at(3)")

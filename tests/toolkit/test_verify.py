@@ -93,6 +93,23 @@ def test_one_wrong_bit_in_c_or_onnx_is_found(folders, tmp_path: Path, capsys) ->
         verify(spoilt, ("onnxruntime",))
 
 
+def test_a_board_that_is_too_small_is_left_out_only_where_that_is_asked(
+    tmp_path: Path, tool, capsys
+) -> None:
+    """Two layers of 160 are 50 KB of weights, and an Uno holds 32."""
+    tool("avr-gcc")
+    tool("qemu-system-avr")
+    mlp = make_mlp(inputs=3, hidden=(160, 160))
+    export(mlp, codes_of(mlp), tmp_path, name="toy")
+    result = verify(tmp_path, ("reference", "qemu:avr-uno"), where_it_fits=True)
+    assert result.left_out == ("qemu:avr-uno",)
+    assert [c.evaluator for c in result.comparisons] == ["reference"]
+    with pytest.raises(SoftsenseError, match="firmware for avr-uno: the networks do not fit"):
+        verify(tmp_path, ("qemu:avr-uno",))
+    assert main(["verify", str(tmp_path), "--on", "qemu:avr-uno"]) == 1
+    assert "--optimise size" in capsys.readouterr().err
+
+
 def test_the_json_has_the_agreed_shape(folders, capsys) -> None:
     assert main(["verify", str(folders[1]), "--on", "reference,onnxruntime", "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

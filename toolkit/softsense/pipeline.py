@@ -206,6 +206,7 @@ class Build(Shown):
             (c.evaluator, f"{c.mismatches} of {c.compared}", f"{c.seconds:.2f} s")
             for c in self.verification.comparisons
         ]
+        mismatches += [(name, "does not fit", "-") for name in self.verification.left_out]
         costs: Rows = [cost.row for cost in self.export.costs]
         header = ("target", "RMSE float", "RMSE fixed", "worst |fixed - float|", "of full scale")
         cut: Rows = [
@@ -223,8 +224,8 @@ class Build(Shown):
                 str(candidate.bits),
                 candidate.optimise,
                 ", ".join(f"{value:.4g}" for value in candidate.rmse),
-                candidate.cost.row[1],
-                candidate.cost.row[4],
+                f"{candidate.cost.flash} B",
+                candidate.cost.time or "-",
                 "yes" if candidate.fits else "no",
             )
             for candidate in self.candidates
@@ -448,7 +449,7 @@ def build(
     )
     evaluators = available() if on is None else tuple(on)
     stage(f"verify on {', '.join(evaluators)}")
-    verification = verify(out, evaluators, seed=recipe.seed, stage=stage)
+    verification = verify(out, evaluators, seed=recipe.seed, where_it_fits=on is None, stage=stage)
     network = exported.network
     fixed = reference.values(network, reference.estimate(network, used.codes))
     square = ((fixed - used.target) ** 2)[fitted.split.test].mean(axis=0)

@@ -88,7 +88,11 @@ def run(args: argparse.Namespace, console: Console) -> int:
         files = generate(result.network, scratch, codes, optimise=other)
         others = {cost.target: cost for cost in measure_costs(files[1])}
     # The same bits, laid out otherwise: what the choice costs and gains.
-    rows = [(*c.row, others[c.target].row[1], others[c.target].row[4]) for c in result.costs]
+    rows = [
+        (*cost.row, f"{rival.flash} B", rival.time or "-")
+        for cost in result.costs
+        if (rival := others.get(cost.target))
+    ]
     console.table((*COSTS, f"flash, {other}", f"per estimate, {other}"), rows)
     print(f"files: {args.output}")
     return 0

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from softsense.errors import SoftsenseError
+from softsense.errors import DoesNotFitError, SoftsenseError, too_large
 
 WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*\Z")
@@ -151,7 +151,8 @@ def _network(entry: dict[str, Any], out: Path) -> Network:
 def build(out: Path, board: Board, target: Path) -> Path:
     """Compile the firmware with the networks of ``out`` for ``board``; returns ``target``.
 
-    Raises ``SoftsenseError`` where the compiler is missing or refuses.
+    Raises ``SoftsenseError`` where the compiler is missing or refuses, ``DoesNotFitError`` where
+    the board is too small.
     """
     if shutil.which(board.compiler) is None:
         raise SoftsenseError(
@@ -164,6 +165,12 @@ def build(out: Path, board: Board, target: Path) -> Path:
     command += [str(path.relative_to(firmware)) for path in sorted(firmware.glob("src/*.c"))]
     command += [*board.sources, *board.link_flags, "-o", str(target)]
     done = subprocess.run(command, cwd=firmware, capture_output=True, text=True, check=False)
+    if too_large(done.stderr):
+        raise DoesNotFitError(
+            f"the networks do not fit on {board.name}",
+            where=f"firmware for {board.name}",
+            remedy="use --optimise size, fewer hidden units or no fallbacks, or a larger board",
+        )
     if done.returncode:
         lines = [line for line in done.stderr.splitlines() if "error" in line or "will not" in line]
         raise SoftsenseError(

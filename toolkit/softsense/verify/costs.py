@@ -6,10 +6,11 @@ import re
 import shutil
 import subprocess
 import tempfile
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from softsense.errors import SoftsenseError
+from softsense.errors import DoesNotFitError, SoftsenseError, too_large
 from softsense.verify.instructions import CORES, countable, of_estimate, size_tool
 
 # name, compiler, flags. Sizes are of NAME.c alone; it needs no library.
@@ -72,7 +73,8 @@ class Cost:
 def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
     """Compile ``source`` (NAME.c, beside NAME.h) with -O2 for every target that can be.
 
-    ``only``: for this one of ``TARGETS``.
+    ``only``: for this one of ``TARGETS``. A core that cannot address the weights is left out;
+    where only its memory is too small for them, what an estimate takes is not counted.
 
     Raises ``SoftsenseError`` where a compiler refuses it.
     """
@@ -100,6 +102,8 @@ def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
                 str(made),
             ]
             done = subprocess.run(command, capture_output=True, text=True, cwd=scratch)
+            if too_large(done.stderr):
+                continue
             if done.returncode != 0:
                 said = done.stderr.strip().splitlines()[0]
                 raise SoftsenseError(f"{compiler} refuses it: {said}", where=str(source))
@@ -109,7 +113,8 @@ def measure_costs(source: Path, only: str | None = None) -> tuple[Cost, ...]:
             usage = made.with_suffix(".su").read_text()
         work = {}
         if countable(target):
-            work[CORES[target].unit] = round(of_estimate(target, source).work)
+            with suppress(DoesNotFitError):
+                work[CORES[target].unit] = round(of_estimate(target, source).work)
         costs.append(Cost(target, *_sections(sizes), _stack(usage), **work))
     return tuple(costs)
 

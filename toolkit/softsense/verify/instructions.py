@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from softsense.errors import SoftsenseError
+from softsense.errors import DoesNotFitError, SoftsenseError, too_large
 
 HERE = Path(__file__).parent / "cores"
 QEMU_ARM = "-nographic -icount shift=0 -semihosting-config enable=on,target=native -monitor none"
@@ -135,7 +135,8 @@ def count(
 
     ``setup``: C before ``main`` (includes, inputs). The cost of the loop around is subtracted.
 
-    Raises ``SoftsenseError`` where the program does not fit or does not come to its end.
+    Raises ``DoesNotFitError`` where the core's memory is too small, ``SoftsenseError`` where the
+    program does not link or does not come to its end.
     """
     how = CORES[core]
     script = HERE / f"{how.files}.ld"
@@ -167,8 +168,10 @@ def count(
             text=True,
         )
         if linked.returncode != 0:
+            if too_large(linked.stderr):
+                raise DoesNotFitError("is too small for the program", where=core)
             reason = linked.stderr.strip().splitlines()[0].rpartition("ld: ")[2]
-            raise SoftsenseError(f"does not fit or link: {reason}", where=core)
+            raise SoftsenseError(f"does not link: {reason}", where=core)
         whole = _sizes(how.compiler, image)[0]
         ticks = _run(core, [*how.emulator.split(), str(image)])
     return Count(ticks * how.tick / how.calls, flash, ram, whole)

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.errors import SoftsenseError
+from softsense.errors import DoesNotFitError, SoftsenseError
 from softsense.notebook import Shown
 from softsense.verify.folder import ExportFolder, read_folder
 from softsense.verify.host import compilers, host_program
@@ -54,6 +54,8 @@ class Verification(Shown):
     vectors: int
     comparisons: tuple[Comparison, ...]
     fixed_vs_float: dict[str, Any]
+    left_out: tuple[str, ...] = ()
+    """Boards that are too small for the networks."""
 
     @property
     def good(self) -> bool:
@@ -103,13 +105,15 @@ def verify(
     *,
     seed: int = 0,
     exhaustive: bool = True,
+    where_it_fits: bool = False,
     stage: Stage = lambda text: None,
 ) -> Verification:
     """Compare the evaluators ``on`` with the reference on the export folder ``out``.
 
     "reference", "onnxruntime", "host" (gcc and clang, plain and with sanitizers), "qemu:BOARD",
     "emulate:BOARD", or a serial port. With one or two inputs the first host compiler is also run
-    on every possible 12-bit input (``exhaustive``).
+    on every possible 12-bit input (``exhaustive``). ``where_it_fits``: boards that are too small
+    for the networks are left out, and named in the result, instead of being an error.
 
     Raises ``SoftsenseError`` for a folder that is not whole, an unknown evaluator, or a missing
     tool.
@@ -118,14 +122,20 @@ def verify(
     codes = vectors(folder.network, folder.recorded, seed)
     expected = reference.estimate(folder.network, codes)
     comparisons: list[Comparison] = []
+    left_out: list[str] = []
     for name in on:
-        for label, open_evaluator in _evaluators(folder, name):
-            stage(label)
-            serial = label not in ("reference", "onnxruntime") and not label.startswith("host")
-            count = min(len(codes), SERIAL_VECTORS) if serial else len(codes)
-            pick = np.linspace(0, len(codes) - 1, count).astype(int)
-            with open_evaluator as evaluator:
-                comparisons.append(_compare(label, evaluator, codes[pick], expected[pick]))
+        try:
+            for label, open_evaluator in _evaluators(folder, name):
+                stage(label)
+                serial = label not in ("reference", "onnxruntime") and not label.startswith("host")
+                count = min(len(codes), SERIAL_VECTORS) if serial else len(codes)
+                pick = np.linspace(0, len(codes) - 1, count).astype(int)
+                with open_evaluator as evaluator:
+                    comparisons.append(_compare(label, evaluator, codes[pick], expected[pick]))
+        except DoesNotFitError:
+            if not where_it_fits:
+                raise
+            left_out.append(name)
     if exhaustive and "host" in on and len(folder.network.inputs) <= 2 and compilers():
         stage("every input on the host")
         comparisons.append(_exhaust(folder, compilers()[0]))
@@ -134,6 +144,7 @@ def verify(
         len(codes),
         tuple(comparisons),
         _against_float(folder, codes, expected),
+        tuple(left_out),
     )
 
 
