@@ -41,6 +41,23 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.parametrize("spec", ["auto", "divider:30"])
+def test_physical_values_are_played_through_the_stored_front_end(tmp_path: Path, spec: str) -> None:
+    """A recording of another range must not be stretched over the converter's whole range."""
+    made = ss.simulate(ss.linear_rig(2), samples=600)
+    rows = np.column_stack([made.target[:, 0], made.codes[:, :2] / 64 + 3.0])
+    for name, part in (("whole", rows), ("quarter", rows[:150])):
+        np.savetxt(tmp_path / f"{name}.csv", part, "%.6f", ",", header="strain,a,b", comments="")
+    command = ["build", str(tmp_path / "whole.csv"), "--front-end", spec, *QUICK]
+    assert main([*command, "-o", str(tmp_path / "out")]) == 0
+    trained = ss.read(tmp_path / "whole.csv", front_end=spec).codes
+    inputs = networks(tmp_path / "out")[0].inputs
+    order = ["ab".index(name) for name in inputs]
+    for name, count in (("whole", 600), ("quarter", 150)):
+        played = converter_codes(tmp_path / "out", tmp_path / f"{name}.csv")
+        assert np.array_equal(played, trained[:count, order])
+
+
 def answer_of(out: Path, name: str, codes: np.ndarray) -> np.ndarray:
     path = out / f"{name}.json"
     return reference.estimate(IntNetwork.from_json(path.read_text(), str(path)), codes)

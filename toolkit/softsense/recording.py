@@ -302,7 +302,7 @@ def read(
             f"{adc_bits} ADC bits are outside 4 … 15",
             remedy="codes travel as int16; shift a 16-bit converter right by one",
         )
-    columns = _read_columns(path)
+    columns = read_columns(path)
     names = list(columns)
     targets = _names(target)
     contexts = _names(context)
@@ -438,7 +438,7 @@ def _check_time(path: Path, time: Floats) -> None:
         )
 
 
-def _read_columns(path: Path) -> dict[str, Floats]:
+def read_columns(path: Path) -> dict[str, Floats]:
     """Every numeric column of a file by name, in the file's order."""
     readers = {".csv": _read_csv, ".npz": _read_npz, ".mat": _read_mat, ".parquet": _read_parquet}
     reader = readers.get(path.suffix.lower())

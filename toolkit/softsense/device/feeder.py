@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from softsense.device.board import adc_bits, channels, networks, read_manifest
 from softsense.errors import SoftsenseError
-from softsense.recording import FrontEnd, Recording, read
+from softsense.recording import FrontEnd, Recording, read, read_columns
 
 _KINDS = ("open", "short", "stuck")
 
@@ -53,11 +53,11 @@ def _through_front_ends(out: Path, path: Path, recording: Recording) -> NDArray[
         for item in entry["inputs"]
     }
     codes = recording.codes.astype(np.int16)
+    columns = read_columns(path)
     for column, name in enumerate(recording.sensors):
         end = stored.get(name)
         if end is not None and recording.front_ends[column].kind != "codes":
-            values = read(path, target=name, sensors=[name]).target[:, 0]
-            codes[:, column] = end.encode(values)
+            codes[:, column] = end.encode(columns[name])
     return codes
 
 
