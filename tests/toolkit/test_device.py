@@ -160,6 +160,19 @@ def test_no_wrong_number_on_a_bad_cable(faults: str, rows: int) -> None:
         assert counters.retries > 0
 
 
+def test_requests_are_as_long_as_the_cable_lets_through() -> None:
+    """Of frames of 1 KB with their answers fewer than 1 in 10 would come through here."""
+    x = codes(5000)
+    faults = parse_faults("drop=0.001,flip=1e-4,delay=20ms")
+    with connect(MODEL, "emulate:host", faults=faults, seed=2) as device:
+        assert np.array_equal(device.estimate(x), expected(x))
+        sent = len(x) / device.counters.answers
+        assert 5 < sent < device.rows_per_batch() / 2
+    with connect(MODEL, "emulate:host") as device:
+        assert np.array_equal(device.estimate(x), expected(x))
+        assert device.counters.answers < 3 * len(x) / device.rows_per_batch()
+
+
 def test_a_reset_is_noticed() -> None:
     with connect(MODEL, "emulate:host", faults=parse_faults("reset=50ms"), seed=1) as device:
         end = time.monotonic() + 10

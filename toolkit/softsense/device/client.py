@@ -133,16 +133,23 @@ class _Timing:
     byte_s: float = 10 / 57600  # at most: the quickest trip, per byte there and back
     backoff: float = 1.0  # doubled by every timeout until a trip has been measured again
     window: float = 2.0  # requests under way: one more per answer, half as many after a timeout
+    rows: float = 8.0  # per request: on a bad cable long frames seldom arrive whole
+    lossy: bool = False
 
     def late(self) -> None:
         # A late answer still counts, so asking again too soon costs little; waiting costs time.
         self.backoff = min(2 * self.backoff, 4.0)
         self.window = max(self.window / 2, 1.0)
 
+    def lost(self) -> None:
+        self.rows = max(self.rows / 2, 1.0)
+        self.lossy = True
+
     def learn(self, trip_s: float, carried: int) -> None:
         self.backoff = 1.0
         self.byte_s = min(self.byte_s, trip_s / carried)
         self.window = min(self.window + 0.5, float(MOST_IN_FLIGHT))
+        self.rows += 1.0 if self.lossy else self.rows / 2
         if self.smooth_s is None:
             self.smooth_s, self.deviation_s = trip_s, trip_s / 2
             return
@@ -269,8 +276,8 @@ class Device(AbstractContextManager["Device"]):
         """Estimates (rows, outputs) int32 of ``codes`` (rows, inputs), in batches.
 
         ``network``: number of the network, 0 the primary one. ``batch``: rows per request, by
-        default as many as fit. ``advance`` is told the rows done. Raises ``SoftsenseError`` where
-        the board stops answering or refuses.
+        default as many as fit and the cable lets through. ``advance`` is told the rows done.
+        Raises ``SoftsenseError`` where the board stops answering or refuses.
         """
         parts = []
         done = 0
@@ -294,14 +301,17 @@ class Device(AbstractContextManager["Device"]):
             raise ValueError(f"codes {codes.shape} are not (rows, {columns})")
         if codes.size and (codes.min() < -0x8000 or codes.max() > 0x7FFF):
             raise ValueError("codes are beyond int16")
-        rows = min(batch or self.rows_per_batch(network), self.rows_per_batch(network))
+        most = self.rows_per_batch(network)
         packed = codes.astype("<i2")
         outputs = len(self.identity.networks[0].outputs)
         fixed = STRUCTS["estimate answer"]
 
         def requests() -> Iterator[tuple[int, bytes]]:
-            for start in range(0, len(packed), rows):
-                part = packed[start : start + rows]
+            start = 0
+            while start < len(packed):
+                self._timing.rows = min(self._timing.rows, float(most))
+                part = packed[start : start + min(batch or int(self._timing.rows), most)]
+                start += len(part)
                 kind = Kind.ESTIMATE if len(part) == 1 else Kind.BATCH
                 head = STRUCTS["estimate request"].pack(network, len(part))
                 yield kind, head + part.tobytes()
@@ -412,17 +422,20 @@ class Device(AbstractContextManager["Device"]):
             )
         wire = b""
         timeout_s = self._timeout_s(pending)
-        timed_out = False
+        timed_out = lost = False
         for request in pending.values():
             late = request.sent_s is not None and now - request.sent_s > timeout_s
             timed_out |= late
             if request.sent_s is None or late or request.overtaken > OVERTAKEN:
                 self.counters.retries += request.sent_s is not None
+                lost |= request.tries == 1
                 request.sent_s, request.overtaken = now, 0
                 request.tries += 1
                 wire += request.wire
         if timed_out:
             self._timing.late()
+        if lost:
+            self._timing.lost()
         if wire:
             self.line.send(wire)
 
