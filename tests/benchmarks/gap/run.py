@@ -108,7 +108,7 @@ def _closure(case: Any, diagnosis: Any) -> dict[str, Any]:
 
 def jobs(held_out: bool, cases: int) -> dict[str, list[Job]]:
     """All cases by what they are to show."""
-    rng = np.random.default_rng(int(held_out))
+    rng = np.random.default_rng(3 * int(held_out))
     two = [tuple(str(n) for n in rng.choice(NAMES, 2, replace=False)) for _ in range(10 * cases)]
 
     def each(base: int, names: tuple[str, ...] | list[str], some: int) -> list[Job]:
@@ -118,14 +118,15 @@ def jobs(held_out: bool, cases: int) -> dict[str, list[Job]]:
             for k in range(some)
         ]
 
+    retuned = RETUNED if held_out else RETUNED[:-1]
     null = [((), 50_000 + k, EXCITATIONS[k % 2], held_out, ()) for k in range(6 * cases)]
     return {
         "one": each(0, NAMES, cases),
         "poor": [((n,), 80_000 + i, "poor", held_out, ()) for i, n in enumerate(NAMES)],
         "none": null,
         "two": [(n, 60_000 + k, EXCITATIONS[k % 2], held_out, ()) for k, n in enumerate(two)],
-        "foreign": each(90_000, FOREIGN if held_out else FOREIGN[:3], 3 * cases),
-        "retune": each(100_000, [f"retune:{n}" for n in RETUNED], 2 * cases),
+        "foreign": each(90_000, FOREIGN if held_out else FOREIGN[:-1], 3 * cases),
+        "retune": each(100_000, [f"retune:{n}" for n in retuned], 2 * cases),
         "withheld": [
             ((n,), 110_000 + i, EXCITATIONS[i % 2], held_out, (n,)) for i, n in enumerate(NAMES)
         ],
