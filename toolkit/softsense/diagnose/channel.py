@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose.design import Design, Entry, Fit, Pick
+from softsense.diagnose.nominal import history_basis
+from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import STAGES, Candidate, Nominal, all_effects
 
 Floats = NDArray[np.float64]
@@ -49,7 +51,7 @@ CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
 WALK = "random_walk"
 WALK_PRICE = 0.5
-WALK_SHARE = 0.02
+WALK_SHARE = 0.01
 BESIDE_WALK = 0.1
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
@@ -84,7 +86,30 @@ class Channel:
             explain = all_effects()[name].explain
             made = explain(nominal) if explain is not None else []
             found[name] = [self._entry(candidate, k) for k, candidate in enumerate(made)]
+        self.gain = self._first_gain()
         self._take(found)
+
+    def _first_gain(self) -> float:
+        """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""
+        history = history_basis(self.nominal.strain, self.nominal.dt_s)[self._thin]
+        residual = self.residual[self._thin]
+        gain = likely_gain(residual, self.sigma)
+        for _ in range(2):
+            basis = innovations(history, gain)
+            weights = np.linalg.lstsq(basis, innovations(residual[:, None], gain)[:, 0])[0]
+            gain = likely_gain(residual - history @ weights, self.sigma)
+        return gain
+
+    def _better_gain(self) -> float:
+        """The same beside what the best model with a walk says."""
+        walks = [fit for names, fit in self._best.items() if WALK in names]
+        if not walks:
+            return self.gain
+        best = min(walks, key=self.price)
+        left = self.residual[self._thin].copy()
+        for (name, number), weights in self.weighted(best):
+            left -= self.entries[name][number].candidate.columns @ weights
+        return likely_gain(left, self.sigma)
 
     def _entry(
         self, candidate: Candidate, number: int, near: Mapping[str, float] | None = None
@@ -109,8 +134,8 @@ class Channel:
         columns += [self.residual[self._thin, None]]
         table = np.concatenate(columns, axis=1)
         self.design = Design(table)
-        # Beside a random walk an effect shows in what the neighbours in time do not tell.
-        self.fast = Design(without_slow(table))
+        # Beside a random walk an effect shows in what the past does not foresee.
+        self.fast = Design(innovations(table, self.gain))
         self.samples = self.design.samples
         self._best: dict[frozenset[str], Fit] = {}
 
@@ -130,6 +155,7 @@ class Channel:
             for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
                 made = zoom(self.nominal, dict(near))
                 found[name] += [self._entry(c, k, dict(near)) for k, c in enumerate(made)]
+        self.gain = self._better_gain()
         self._take(found)
 
     def composed(self, fit: Fit) -> Fit:
@@ -198,14 +224,22 @@ class Channel:
         nominal = entry.nominal or self.nominal
         return explained(nominal, pick[0], entry.number, entry.near).columns
 
+    def left(self, fit: Fit) -> float:
+        """Error on unseen time over the noise variance, beyond the noise itself."""
+        left = float(fit.errors.sum()) / self.sigma**2 - self.samples
+        if (WALK, 0) in fit.picks:
+            # The likelihood of its innovations, whose variance is larger than the noise's.
+            left -= self.samples * float(np.log1p(-self.gain))
+        return left
+
     def price(self, fit: Fit) -> float:
-        """Error on unseen time over the noise variance, with what its terms cost."""
-        error = float(fit.errors.sum()) / self.sigma**2
+        """What a fit leaves on unseen time, noise included, and what its terms cost."""
         price = WEIGHT_PRICE * fit.columns
         if (WALK, 0) in fit.picks:
-            # Effects beside a walk show in their fast part only, which is small.
-            price += EFFECT_PRICE * self.samples * (1.0 + BESIDE_WALK * (len(fit.picks) - 1))
-            price += WALK_PRICE * self.samples + WALK_SHARE * self.excess * min(len(fit.picks), 2)
+            price += EFFECT_PRICE * self.samples * beside_walk(len(fit.picks) - 1)
+            price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
+            beside = max(float(self.fast.total[-1, -1]) / self.sigma**2 - self.samples, 0.0)
+            price += FORM_SHARE * beside * (len(fit.picks) - 1)
         else:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))
@@ -219,7 +253,7 @@ class Channel:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
-        return error + price
+        return self.samples + self.left(fit) + price
 
     @property
     def excess(self) -> float:
@@ -401,6 +435,12 @@ def all_at_once(
         return [work(item) for item in items]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(work, items))
+
+
+def beside_walk(effects: int) -> float:
+    """What a walk and so many effects cost, in prices of one: of a first effect beside a walk only
+    its fast part shows, which is small."""
+    return 1.0 + BESIDE_WALK * min(effects, 1) + max(effects - 1, 0)
 
 
 def without_slow(table: Floats, reach: int = 5) -> Floats:

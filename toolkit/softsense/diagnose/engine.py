@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import WALK, Channel, all_at_once, explained, without_slow
+from softsense.diagnose.channel import WALK, Channel, all_at_once, explained
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
@@ -30,6 +30,7 @@ from softsense.diagnose.nominal import (
     spline_basis,
 )
 from softsense.diagnose.search import Model, search
+from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
@@ -325,5 +326,8 @@ def _left(channels: Sequence[Channel], best: Model) -> Floats:
         for channel, fit in zip(channels, best.fits, strict=True)
     ]
     for number in best.channels_of(WALK):
-        left[number] = without_slow(left[number][:, None])[:, 0]
+        wanders = left[number][:, None]
+        left[number] = innovations(wanders, likely_gain(wanders[:, 0], channels[number].sigma))[
+            :, 0
+        ]
     return np.stack(left, axis=1)

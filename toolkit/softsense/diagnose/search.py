@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from softsense.diagnose.channel import BESIDE_WALK, WALK, Channel, all_at_once
+from softsense.diagnose.channel import WALK, Channel, all_at_once, beside_walk
 from softsense.diagnose.design import Fit
 from softsense.effects import all_effects
 
@@ -16,6 +16,8 @@ BEAM = 5
 SHORT_BEAM = 2
 ZOOMED = 6
 COMPOSED = 8
+# What a walk can do by chance.
+SLOW = frozenset({"drift", "step"})
 # How many times as much an explanation without a walk must leave.
 WALK_LEAVES = 3.0
 # Naming one effect more, in noise variances of one channel and as a share of the whole gap.
@@ -47,10 +49,11 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     names = frozenset(name for fit in fits for name, _ in fit.picks)
     price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
     each = NAME_PRICE * channels[0].samples
-    if WALK in names:
-        # Beside a walk little is seen of an effect, however large it is.
-        return Model(names, fits, price + each * (1.0 + BESIDE_WALK * (len(names) - 1)))
     gap = sum(channel.excess for channel in channels)
+    if WALK in names:
+        # How large an effect is, is not seen beside a walk, unless it is slow.
+        price += each * beside_walk(len(names) - 1) + NAME_SHARE * gap * len(names & SLOW)
+        return Model(names, fits, price)
     exact = all(all_effects()[name].exact for name in names)
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
     shares = (NAME_SHARE + more * (len(names) - 1)) * gap if names else 0.0
@@ -81,12 +84,15 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
 
 def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     """A walk follows whatever is slow: beside an effect only where all else leaves far more."""
-    floor = sum(channel.samples for channel in channels)
     without = next(made for made in models if WALK not in made.names)
     beside = WALK in models[0].names and len(models[0].names) > 1
-    if beside and without.price - floor < WALK_LEAVES * (models[0].price - floor):
+    if beside and _left(channels, without) < WALK_LEAVES * _left(channels, models[0]):
         return [made for made in models if WALK not in made.names or len(made.names) == 1]
     return models
+
+
+def _left(channels: Sequence[Channel], made: Model) -> float:
+    return sum(c.left(fit) for c, fit in zip(channels, made.fits, strict=True))
 
 
 def _composed(channels: Sequence[Channel], made: Model) -> Model:

@@ -194,7 +194,7 @@ def _common(channels: Sequence[Channel], best: Model) -> bool:
 
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:
     """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
-    return any(variance.jerky(walk) for _, walk in _walks(channels, best))
+    return any(variance.jerky(walk, channel.gain) for channel, walk in _walks(channels, best))
 
 
 def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:

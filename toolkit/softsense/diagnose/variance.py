@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import fftconvolve
 from scipy.stats import kurtosis
 
 from softsense.diagnose.nominal import Motion, noise_rms
+from softsense.diagnose.walk import innovations
 
 Floats = NDArray[np.float64]
 
@@ -17,8 +19,14 @@ NOISE_FACTOR = 2.5
 LINE_RATIO = 18.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
+# Over which a tone keeps its size and phase.
+TONE_S = 20.0
 # Excess kurtosis of the moves of a walk.
 JERKY = 4.0
+# The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
+JUMPY = 10.0
+COLOURED = 0.3
+ECHO = 40
 
 
 @dataclass(frozen=True)
@@ -37,41 +45,32 @@ def findings(left: Floats, own: Floats, motion: Motion, explained: bool) -> list
     ``explained``: an effect has been taken out, whose form being only nearly right leaves edges
     and ripples: spikes and lines must then stand out more.
     """
-    result = []
     unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
-    spiky = [
-        c
-        for c in range(left.shape[1])
-        if _spikes(left[:, c]).sum() >= enough + 2 * _spikes(own[:, c]).sum()
-    ]
+    spiky, lines, loud = [], {}, {}
+    there = noise_rms(own)
+    for c in range(left.shape[1]):
+        # Each is looked for without the others: a tone hides spikes, and both pass for noise.
+        rest = left[:, c]
+        line = _line(_unspiked(rest), motion.dt_s, 2.0 if explained else 0.28)
+        if line is not None:
+            lines[c] = line
+            rest = rest - _tone(rest, line, motion.dt_s)
+        if _spikes(rest).sum() >= enough + 2 * _spikes(own[:, c]).sum():
+            spiky.append(c)
+            rest = _unspiked(rest)
+        level = float(noise_rms(rest[:, None])[0])
+        uneven = _uneven(rest, motion, unevenness) and not _uneven(own[:, c], motion, unevenness)
+        if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
+            loud[c] = level
+    result = []
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
-    lines = {
-        c: line
-        for c in range(left.shape[1])
-        if (line := _line(left[:, c], motion.dt_s, 2.0 if explained else 0.28)) is not None
-    }
-    lines = {c: line for c, line in lines.items() if c not in spiky}
     if lines:
         frequency = float(np.median(list(lines.values())))
         result.append(Finding("interference", tuple(lines), frequency, "frequency_hz"))
-    here, there = noise_rms(left), noise_rms(own)
-    loud = [
-        c
-        for c in range(left.shape[1])
-        if c not in spiky
-        and c not in lines
-        and (
-            here[c] > NOISE_FACTOR * max(there[c], 1.0)
-            or (
-                _uneven(left[:, c], motion, unevenness)
-                and not _uneven(own[:, c], motion, unevenness)
-            )
-        )
-    ]
     if loud:
-        result.append(Finding("noise", tuple(loud), float(here[loud].max()), "rms_codes"))
+        result.append(Finding("noise", tuple(loud), max(loud.values()), "rms_codes"))
     return result
 
 
@@ -84,20 +83,32 @@ def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
         clean = clean.copy()
         for c in finding.channels:
             if finding.name == "spikes":
-                hit = np.convolve(_spikes(clean[:, c]), np.ones(5), "same") > 0
-                good = np.flatnonzero(~hit)
-                clean[hit, c] = np.interp(np.flatnonzero(hit), good, clean[good, c])
+                clean[:, c] = _unspiked(clean[:, c])
             else:
                 clean[:, c] -= _tone(clean[:, c], finding.value, motion.dt_s)
     return clean
 
 
+def _unspiked(signal: Floats) -> Floats:
+    """``signal`` (samples,) with straight lines where its spikes were."""
+    hit = np.convolve(_spikes(signal), np.ones(5), "same") > 0
+    good = np.flatnonzero(~hit)
+    clean = signal.copy()
+    if len(good):
+        clean[hit] = np.interp(np.flatnonzero(hit), good, signal[good])
+    return clean
+
+
 def _tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
-    """What ``signal`` has within a narrow band around ``frequency`` (Hz), which may wander."""
-    spectrum = np.fft.rfft(signal)
-    away = np.abs(np.fft.rfftfreq(len(signal), dt_s) - frequency)
-    spectrum[away > max(0.02 * frequency, 12.0 / (len(signal) * dt_s))] = 0.0
-    tone: Floats = np.fft.irfft(spectrum, len(signal))
+    """What ``signal`` has around ``frequency`` (Hz), its size and phase wandering slowly.
+
+    Mixed down to 0 Hz, averaged over 20 s, and mixed up again.
+    """
+    turns = np.exp(2j * np.pi * frequency * dt_s * np.arange(len(signal)))
+    window = np.hanning(round(TONE_S / dt_s) + 2)[: len(signal)]
+    weight = fftconvolve(np.ones(len(signal)), window, "same")
+    mixed = fftconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight
+    tone: Floats = 2.0 * (mixed * turns).real
     return tone
 
 
@@ -123,11 +134,12 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
     local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[::8], axis=1)
     floor = np.repeat(local, 8)[: len(power)] / np.log(2.0)
     # The largest of n exponential values is about log n: ask for far more than that, and for a
-    # tone that is itself as large as the noise.
+    # tone that is itself as large as the noise beside it.
     peak = int(np.argmax(power / floor))
     around = slice(max(peak - 3, 0), peak + 4)
     tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
-    noise = float(noise_rms(left[:, None])[0]) ** 2
+    rest = left - _tone(left, float(frequency[peak]), dt_s)
+    noise = float(noise_rms(rest[:, None])[0]) ** 2
     strong = power[peak] / floor[peak] > LINE_RATIO + np.log(len(power)) and tone > least * noise
     return float(frequency[peak]) if strong else None
 
@@ -146,10 +158,15 @@ def _uneven(left: Floats, motion: Motion, factor: float) -> bool:
     return False
 
 
-def jerky(walk: Floats) -> bool:
-    """Whether what wanders goes in jumps or bumps, and not by many small steps.
+def jerky(walk: Floats, gain: float) -> bool:
+    """Whether what wanders goes in jumps, bumps or swings, and not by many small steps.
 
-    A random walk's moves over a second are Gaussian; contacts and loads come and go.
+    A random walk's moves over a second are Gaussian, and so are its innovations (of this ``gain``),
+    which are white besides; contacts and loads come and go, loose parts ring.
     """
     moves = np.diff(walk[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1))
-    return float(kurtosis(moves)) > JERKY
+    news = innovations(walk[:, None], gain)[:, 0]
+    news -= news.mean()
+    echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
+    coloured = max(np.abs(echoes)) > COLOURED * float(news @ news)
+    return coloured or float(kurtosis(moves)) > JERKY or float(kurtosis(news)) > JUMPY

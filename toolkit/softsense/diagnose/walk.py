@@ -1,0 +1,45 @@
+"""A random walk under white noise: what its best predictor does not foresee.
+
+The local level model of Harvey, "Forecasting, structural time series models and the Kalman filter"
+(1989), chapter 4: y = m + noise, m a random walk. Its Kalman filter, once settled, is exponential
+smoothing with a ``gain``; what the smoothed past does not foresee (the innovations) is white, so
+that least squares on innovations is the best linear estimate of effects beside a walk.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsense.effects.operators import compiled
+
+Floats = NDArray[np.float64]
+
+GAINS = np.array([0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
+
+
+@compiled
+def _foreseen(table: Floats, gain: float) -> Floats:
+    left = np.empty_like(table)
+    level = table[0].copy()
+    for k in range(len(table)):
+        for column in range(table.shape[1]):
+            left[k, column] = table[k, column] - level[column]
+            level[column] += gain * left[k, column]
+    return left
+
+
+def innovations(table: Floats, gain: float) -> Floats:
+    """Columns (samples, p) less what their past foresees, so scaled that a walk of this ``gain``
+    under white noise leaves the noise's variance."""
+    left: Floats = np.sqrt(1.0 - gain) * _foreseen(np.ascontiguousarray(table), gain)
+    return left
+
+
+def likely_gain(signal: Floats, sigma: float) -> float:
+    """The gain of ``GAINS`` under which ``signal`` (samples,) with noise ``sigma`` is likeliest."""
+    costs = []
+    for gain in GAINS:
+        square = float((innovations(signal[:, None], float(gain)) ** 2).sum()) / sigma**2
+        costs.append(square - len(signal) * np.log1p(-gain))
+    return float(GAINS[int(np.argmin(costs))])
