@@ -51,7 +51,7 @@ CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
 WALK = "random_walk"
 WALK_PRICE = 0.5
-WALK_SHARE = 0.01
+WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000

@@ -16,6 +16,8 @@ BEAM = 5
 SHORT_BEAM = 2
 ZOOMED = 6
 COMPOSED = 8
+# A random walk, of the largest gap of a channel that it is named on.
+WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
 SLOW = frozenset({"drift", "step"})
 # How many times as much an explanation without a walk must leave.
@@ -53,6 +55,10 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     if WALK in names:
         # How large an effect is, is not seen beside a walk, unless it is slow.
         price += each * beside_walk(len(names) - 1) + NAME_SHARE * gap * len(names & SLOW)
+        walking = [
+            c.excess for c, fit in zip(channels, fits, strict=True) if (WALK, 0) in fit.picks
+        ]
+        price += WALK_NAME_SHARE * max(walking)
         return Model(names, fits, price)
     exact = all(all_effects()[name].exact for name in names)
     more = EXACT_NAME_SHARE if exact else NAME_SHARE

@@ -84,6 +84,13 @@ def tell(
         models = [made for made in models if WALK not in made.names]
         jerky = False
     best = models[0]
+    models = [
+        made
+        for made in models
+        if made.names != {WALK}
+        or made is best
+        or not (_jerky(channels, made) or _driven(channels, made, motion))
+    ]
     rng = np.random.default_rng(seed)
     names = sim.sensors
     raw = real.codes.astype(np.float64) - sim.codes
