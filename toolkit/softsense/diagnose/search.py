@@ -16,6 +16,7 @@ BEAM = 5
 SHORT_BEAM = 2
 ZOOMED = 6
 COMPOSED = 8
+COMPOSED_WALKS = 3
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
@@ -58,7 +59,8 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         walking = [
             c.excess for c, fit in zip(channels, fits, strict=True) if (WALK, 0) in fit.picks
         ]
-        price += WALK_NAME_SHARE * max(walking)
+        # Two equations, each only nearly right, leave more than one for a walk to follow.
+        price += WALK_NAME_SHARE * max(len(names) - 1, 1) ** 2 * max(walking)
         return Model(names, fits, price)
     exact = all(all_effects()[name].exact for name in names)
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
@@ -81,7 +83,10 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
 
     all_at_once(zoom, range(len(channels)), len(channels[0].residual))
     fine = _models(channels, known)
-    several = [made for made in fine[:COMPOSED] if len(made.names) > 1]
+    pairs = [made for made in fine if len(made.names) > 1]
+    # A walk follows what a composition would say.
+    without = [made for made in pairs if WALK not in made.names]
+    several = without[:COMPOSED] + [made for made in pairs if WALK in made.names][:COMPOSED_WALKS]
     rest = [made for made in fine if made not in several]
     return _walk_last(
         channels, _by_price([*rest, *(_composed(channels, made) for made in several)])
