@@ -77,6 +77,7 @@ def score(job: Job) -> dict[str, Any]:
         "said": list(said),
         "kinds": [effect["kind"] for effect in data["effects"]],
         "unknown": data["unexplained"]["unknown_effect"],
+        "left": data["unexplained"]["share"],
         "overlap": overlap,
         "sets": [sorted(group) for group in sets],
         "onset_error_s": abs(onset - case.onset_s) if onset and case.onset_s else None,

@@ -32,8 +32,8 @@ OFFSET_SHARE = 0.005
 STATIC_PRICE = 0.5
 STATIC_SHARE = 0.02
 # A static curve that comes with an effect (``Candidate.curved``).
-CURVED_PRICE = 0.1
-CURVED_SHARE = 0.004
+CURVED_PRICE = 0.03
+CURVED_SHARE = 0.006
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
 FORM_SHARE = 0.006
 # The same where every equation is exact: play, delays, circuits.

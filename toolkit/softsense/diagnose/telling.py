@@ -36,7 +36,7 @@ SIMILAR = 0.01
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
 # Where even two effects leave so much of it, something is there besides, or in their place.
-REMAINING_SHARE = 0.05
+REMAINING_SHARE = 0.015
 # Above this share of one common walk, the walks of several channels have one cause. Independent
 # ones reach .93 of three channels, and .97 of two, once in a thousand.
 COMMON = {2: 0.985}
@@ -46,7 +46,7 @@ DRIVEN = 0.5
 FAST = 100
 # A simulator has a mechanism where it shows by this many times the noise; a gap is of its kind
 # where so much of it is said by the same few columns.
-RETUNE_SHOWN = 1.0
+RETUNE_SHOWN = 0.4
 RETUNE_ALIKE = 0.8
 FLIPS = 999
 
@@ -102,8 +102,9 @@ def tell(
         [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
     # Jumps and bumps have sharp edges, which look like spikes.
-    jumps = jerky and {finding.name for finding in found} <= {"spikes"}
-    unknown = jumps or (not found and _unknown(channels, best))
+    edges = {finding.name for finding in found} <= {"spikes"}
+    jumps = jerky and edges
+    unknown = jumps or ((not found or (edges and bool(best.names))) and _unknown(channels, best))
     if unknown:
         best, found = replace(best, names=frozenset()), []
     if not best.names:

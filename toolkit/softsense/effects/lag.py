@@ -25,7 +25,7 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """The filtered signal less the signal itself, weight 1, one pole and two."""
-    return [c for c in _traces(nominal, np.geomspace(0.01, 2.0, 24)) if c.form == "circuit"]
+    return [c for c in _traces(nominal, np.geomspace(0.01, 4.0, 27)) if c.form == "circuit"]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
