@@ -12,6 +12,9 @@ import pytest
 import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose
+from softsense.diagnose.nominal import motion_of
+from softsense.diagnose.variance import cleaned, findings, jerky
+from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
 from softsense.recording import FrontEnd, Recording
@@ -155,6 +158,47 @@ def test_a_walk_that_all_channels_share_is_a_temperature(common: bool, said: str
     others = [other["name"] for other in result.data["effects"][0]["alternatives"]]
     assert ("random_walk" in others) == common
     assert any("log the temperature" in text for text in result.data["advice"]) == common
+
+
+def test_an_effect_beside_a_walk_is_named_too() -> None:
+    x, codes = clean(8)
+    walks = np.cumsum(np.random.default_rng(5).normal(size=codes.shape), axis=0) * 0.2
+    result = diagnose(recorded(x, codes, 1), recorded(x, hide(x, codes, "overshoot") + walks, 2))
+    assert set(result.effects) == {"overshoot", "random_walk"}
+
+
+@pytest.mark.parametrize(("step", "gain"), [(0.02, 0.02), (0.2, 0.2), (1.0, 0.6)])
+def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> None:
+    """The settled gain K of a local level solves K^2 / (1 - K) = (step / noise)^2."""
+    rng = np.random.default_rng(1)
+    walk = np.cumsum(rng.normal(size=40_000)) * step + rng.normal(size=40_000)
+    assert likely_gain(walk, 1.0) == gain
+    news = innovations(walk[:, None], gain)[:, 0]
+    assert news.std() == pytest.approx(1.0, rel=0.03)
+    assert abs(np.corrcoef(news[1:], news[:-1])[0, 1]) < 0.05
+    assert not jerky(walk, gain)
+    ringing = np.exp(-np.arange(60) / 12) * np.sin(np.arange(60) * 0.53)
+    rung = np.convolve(rng.normal(size=len(walk)) * (rng.random(len(walk)) < 0.02), ringing)
+    assert jerky(20.0 * rung[: len(walk)] + rng.normal(size=len(walk)), gain)
+
+
+def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(2)
+    own = rng.normal(size=codes.shape)
+    left = rng.normal(size=codes.shape)
+    tone = 12.0 * np.sin(2 * np.pi * 6.9 * 0.05 * np.arange(len(codes)))
+    spikes = 60.0 * (rng.random(len(codes)) < 0.005)
+    left[:, 0] += tone
+    left[:, 1] += tone + spikes
+    left[:, 2] = 4.0 * left[:, 2] + spikes
+    motion = motion_of(x, 0.05, 0.0, None)
+    found = {f.name: f for f in findings(left, own, motion, True)}
+    channels = {name: finding.channels for name, finding in found.items()}
+    assert channels == {"spikes": (1, 2), "interference": (0, 1), "noise": (2,)}
+    assert found["interference"].value == pytest.approx(6.9, abs=0.01)
+    rest = cleaned(left, list(found.values()), motion)
+    assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
 
 
 def test_two_effects_are_both_named() -> None:

@@ -443,18 +443,6 @@ def beside_walk(effects: int) -> float:
     return 1.0 + BESIDE_WALK * min(effects, 1) + max(effects - 1, 0)
 
 
-def without_slow(table: Floats, reach: int = 5) -> Floats:
-    """Columns (samples, p) less the mean of their neighbours within ``reach`` samples.
-
-    Scaled so that white noise keeps its size.
-    """
-    window = 2 * reach + 1
-    total = np.cumsum(np.pad(table, ((reach + 1, reach), (0, 0)), mode="edge"), axis=0)
-    around = (total[window:] - total[:-window] - table) / (window - 1)
-    fast: Floats = (table - around) / np.sqrt(1.0 + 1.0 / (window - 1))
-    return fast
-
-
 def explained(
     nominal: Nominal, name: str, number: int, near: Mapping[str, float] | None
 ) -> Candidate:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose import engine, variance
-from softsense.diagnose.channel import WALK, Channel, without_slow
+from softsense.diagnose.channel import WALK, Channel
 from softsense.diagnose.design import BLOCKS, Design
 from softsense.diagnose.nominal import (
     AVERAGED_NOISE,
@@ -23,6 +23,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
+from softsense.diagnose.walk import without_slow
 from softsense.effects import all_effects
 from softsense.recording import Recording
 
@@ -44,6 +45,8 @@ COMMON_OF_MORE = 0.96
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
 DRIVEN = 0.5
 FAST = 100
+# Samples to either side over which a walk hardly moves.
+NEAR = 5
 # A simulator has a mechanism where it shows by this many times the noise; a gap is of its kind
 # where so much of it is said by the same few columns.
 RETUNE_SHOWN = 0.4
@@ -366,7 +369,8 @@ def _parameters(
     for number in active:
         channel, fit = channels[number], best.fits[number]
         if name == WALK:
-            slow = channel.residual - without_slow(channel.residual[:, None])[:, 0]
+            walk = channel.residual - channel.predicted(fit)
+            slow = walk - without_slow(walk[:, None], NEAR)[:, 0]
             sizes += [float(block.std()) for block in np.array_split(slow, BLOCKS)]
             continue
         pick, weights = next(w for w in channel.weighted(fit) if w[0][0] == name)

@@ -77,15 +77,16 @@ def findings(left: Floats, own: Floats, motion: Motion, explained: bool) -> list
 def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
     """``residual`` (samples, channels) without the spikes and lines of ``found``, or itself."""
     clean = residual
-    for finding in found:
+    # Tones first, which hide spikes.
+    for finding in sorted(found, key=lambda finding: finding.name):
         if finding.name not in ("spikes", "interference"):
             continue
         clean = clean.copy()
         for c in finding.channels:
-            if finding.name == "spikes":
-                clean[:, c] = _unspiked(clean[:, c])
-            else:
-                clean[:, c] -= _tone(clean[:, c], finding.value, motion.dt_s)
+            rest = _unspiked(clean[:, c])
+            if finding.name == "interference":
+                rest = clean[:, c] - _tone(rest, finding.value, motion.dt_s)
+            clean[:, c] = rest
     return clean
 
 
