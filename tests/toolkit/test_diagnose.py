@@ -201,6 +201,23 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
 
 
+def test_where_all_strokes_are_alike_so_are_effects_that_lag_behind() -> None:
+    """A delay on a random motion and on a triangle: the second says what else it could be."""
+    x, codes = clean(5)
+    rich = diagnose(recorded(x, codes, 1), recorded(x, hide(x, codes, "delay"), 2))
+    assert not motion_of(x, 0.05, 0.0, None).strokes_alike()
+    triangle = np.abs((np.arange(SAMPLES) / 400.0) % 2.0 - 1.0)
+    columns = np.stack([1500.0 + gain * triangle for gain in (500.0, -700.0, 640.0)], axis=1)
+    assert motion_of(triangle, 0.05, 0.0, None).strokes_alike()
+    late = hide(triangle, columns, "delay")
+    poor = diagnose(recorded(triangle, columns, 1), recorded(triangle, late, 2))
+    (one,), (other,) = rich.data["effects"], poor.data["effects"]
+    said = {other["name"], *(rival["name"] for rival in other["alternatives"])}
+    assert said == {"backlash", "delay", "hysteresis", "lag", "relaxation"}
+    assert other["confidence"] < 0.5 < one["confidence"]
+    assert "a chirp" in poor.data["advice"][0]
+
+
 def test_two_effects_are_both_named() -> None:
     x, codes = clean(7)
     both = hide(x, hide(x, codes, "drift"), "delay")

@@ -17,6 +17,9 @@ KNOTS = 16
 # Weights of the average over two thirds of a second, and the share of white noise that it keeps.
 AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
 AVERAGED_NOISE = float((AVERAGE**2).sum())
+# Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much.
+TREMBLE = 0.05
+ALIKE = 0.1
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,22 @@ class Motion:
     dt_s: float
     start_s: float
     temp_c: Floats | None
+
+    def strokes_alike(self) -> bool:
+        """Whether the strain goes to and fro between the same ends at one rate, nothing else.
+
+        What happens after a smaller stroke, a faster one or a rest is not seen then.
+        """
+        smooth = np.convolve(self.strain, AVERAGE, "valid")
+        turns = np.flatnonzero(np.diff(np.sign(np.diff(smooth))) != 0) + 1
+        strokes = np.abs(np.diff(smooth[turns]))
+        long = strokes > TREMBLE
+        paces = strokes[long] / np.diff(turns)[long]
+        return bool(
+            len(paces) > 1
+            and strokes[long].std() < ALIKE * strokes[long].mean()
+            and paces.std() < ALIKE * paces.mean()
+        )
 
 
 def motion_of(

@@ -67,6 +67,11 @@ ADVICE = {
     frozenset({"random_walk", "temperature"}): "log the temperature",
     frozenset({"step", "random_walk"}): "repeat the recording: a step stays where it was",
 }
+# Where all strokes are alike, at one rate, these lag behind alike: each closes .83 to .99 of what
+# another causes on one triangle.
+BEHIND = frozenset({"backlash", "delay", "hysteresis", "lag", "relaxation"})
+# Such a rival's share of the doubt.
+UNSEEN = 0.4
 GENERAL = "triangles at two constant rates, holds of 10 s, and ascending amplitudes"
 
 
@@ -289,6 +294,7 @@ def _effects(
     # An equation that closes the gap down to the noise is right, and what fits worse is not; one
     # that leaves something over is right only nearly, and so may be what leaves over twice as much.
     kept = AVERAGED_NOISE * samples
+    alike = motion.strokes_alike()
     slack = SIMILAR * samples + max(_left_share(channels, best) * raw - kept, 0.0)
     result = []
     for name in sorted(best.names):
@@ -304,6 +310,10 @@ def _effects(
         share = float(np.clip((without - best.price) / raw, 0.0, 1.0))
         near = sorted((gap, other) for other, gap in rivals.items() if gap < slack)
         doubt = sum(float(np.exp(-2.0 * gap / slack)) for gap in rivals.values())
+        if alike and name in BEHIND:
+            unseen = BEHIND - best.names - {other for _, other in near}
+            near += sorted((rivals.get(other, share * raw), other) for other in unseen)
+            doubt += UNSEEN * len(unseen)
         active = best.channels_of(name)
         closes = 0.0 if name == WALK else share
         result.append(
