@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import CubicSpline
 
 from softsense import effects
+from softsense.diagnose.nominal import motion_of, nominals, reference_of
 from softsense.effects import Context, all_effects, effect
 from softsense.effects.operators import first_order_hold, low_pass
 from softsense.errors import SoftsenseError
@@ -287,6 +289,21 @@ def test_delay_moves_without_attenuation() -> None:
     skewed, _ = effect("delay").apply(u, context, {"delay_s": 0.0, "skew": 0.01})
     np.testing.assert_allclose(skewed[100], u[99], rtol=0, atol=1e-9)
     np.testing.assert_allclose(skewed[300], u[297], rtol=0, atol=1e-9)
+
+
+def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
+    codes = 2000.0 + np.cumsum(np.random.default_rng(4).normal(size=(800, 1)), axis=0)
+    motion = motion_of(codes[:, 0], 0.05, 0.0, None)
+    (nominal,) = nominals(codes, motion, 12, reference_of(codes, motion))
+    index = np.arange(len(codes), dtype=float)
+    made = [c for c in effect("delay").explain(nominal) if "delay_s" in c.values]
+    made += effect("delay").zoom(nominal, {"delay_s": -0.3})
+    assert {c.form for c in made} == {"smooth", "linear"}
+    for candidate in made:
+        at = np.clip(index - candidate.values["delay_s"] / 0.05, 0.0, index[-1])
+        smooth = CubicSpline(index, codes[:, 0])(at)
+        expected = smooth if candidate.form == "smooth" else np.interp(at, index, codes[:, 0])
+        np.testing.assert_allclose(candidate.columns[:, 0], expected - codes[:, 0], atol=1e-9)
 
 
 def test_softening_is_nil_on_the_virgin_path_and_grows_below_it() -> None:

@@ -66,11 +66,13 @@ def motion_of(
 
 def spline_basis(values: Floats, knots: int = KNOTS) -> Floats:
     """(samples, knots + 2) cubic B-splines over the range of ``values`` (0 … 1, clipped)."""
-    inner = np.linspace(0.0, 1.0, knots)
-    full = np.concatenate([[0.0] * 3, inner, [1.0] * 3])
     inside = np.clip(values, 0.0, 1.0 - 1e-12)
-    basis: Floats = BSpline.design_matrix(inside, full, 3).toarray()
+    basis: Floats = BSpline.design_matrix(inside, _knots(knots), 3).toarray()
     return basis
+
+
+def _knots(knots: int) -> Floats:
+    return np.concatenate([[0.0] * 3, np.linspace(0.0, 1.0, knots), [1.0] * 3])
 
 
 def noise_rms(signal: Floats) -> Floats:
@@ -89,9 +91,12 @@ def noise_rms(signal: Floats) -> Floats:
 
 def history_basis(x: Floats, dt_s: float) -> Floats:
     """(samples, columns) a static curve of the strain, and what mechanisms make of its history."""
-    groups = history_groups(x, dt_s)
-    softened = np.maximum.accumulate(x)[:, None]
-    return np.concatenate([spline_basis(x), *groups.values(), softened], axis=1)
+    return np.concatenate([spline_basis(x), *history_parts(x, dt_s)], axis=1)
+
+
+def history_parts(x: Floats, dt_s: float) -> list[Floats]:
+    """``history_basis`` behind its static curve, mechanism by mechanism."""
+    return [*history_groups(x, dt_s).values(), np.maximum.accumulate(x)[:, None]]
 
 
 def history_groups(x: Floats, dt_s: float) -> dict[str, Floats]:
@@ -147,12 +152,22 @@ def nominals(codes: Floats, motion: Motion, bits: int, reference: Reference) -> 
     """One ``Nominal`` per channel of noiseless ``codes``."""
     weights = history_weights(codes, motion)
     known: dict[bytes, Floats] = {}
+    curve = BSpline(_knots(KNOTS), weights[: KNOTS + 2], 3)
+
+    def said_of(strain: Floats) -> Floats:
+        """``history_basis`` times its weights, without the table of the splines."""
+        said: Floats = curve(np.clip(strain, 0.0, 1.0 - 1e-12))
+        at = KNOTS + 2
+        for part in history_parts(strain, motion.dt_s):
+            said += part @ weights[at : at + part.shape[1]]
+            at += part.shape[1]
+        return said
 
     def all_channels(strain: Floats) -> Floats:
         # Channels ask for the same strains one after the other.
         key = strain.tobytes()
         if key not in known:
-            known[key] = history_basis(strain, motion.dt_s) @ weights
+            known[key] = said_of(strain)
         return known[key]
 
     def respond_of(channel: int) -> Callable[[Floats], Floats]:

@@ -59,16 +59,36 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[Candidate]:
     """Straight between samples, as software reads late, and smooth, as nature is late."""
-    index = np.arange(len(nominal.u), dtype=np.float64)
-    smooth = CubicSpline(index, nominal.u)
+    u = nominal.u
+    pieces = {
+        "smooth": CubicSpline(np.arange(len(u)), u).c[::-1],
+        "linear": np.stack([u[:-1], np.diff(u)]),
+    }
     result = []
     for delay_s in delays_s:
-        at = np.clip(index - delay_s / nominal.dt_s, 0.0, index[-1])
         values = {"delay_s": float(delay_s)}
         for form in forms:
-            moved = smooth(at) if form == "smooth" else np.interp(at, index, nominal.u)
-            result.append(Candidate((moved - nominal.u)[:, None], values, form, fixed=True))
+            moved = _shifted(u, pieces[form], delay_s / nominal.dt_s)
+            result.append(Candidate((moved - u)[:, None], values, form, fixed=True))
     return result
+
+
+def _shifted(u: Floats, pieces: Floats, late: float) -> Floats:
+    """(samples,) ``u`` so many samples ``late``; beyond its ends it rests.
+
+    ``pieces`` (powers, samples - 1): polynomials of the way from one sample to the next, of which
+    a constant delay meets every one at the same place.
+    """
+    first = int(np.floor(-late))
+    part = -late - first
+    at = pieces[-1].copy()
+    for factors in pieces[-2::-1]:
+        at *= part
+        at += factors
+    moved = np.full(len(u), u[0] if late > 0 else u[-1])
+    begin, end = max(-first, 0), min(len(u) - first - 1, len(u))
+    moved[begin:end] = at[begin + first : end + first]
+    return moved
 
 
 EFFECT = Effect(
