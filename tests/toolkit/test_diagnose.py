@@ -167,6 +167,25 @@ def test_an_effect_beside_a_walk_is_named_too() -> None:
     assert set(result.effects) == {"overshoot", "random_walk"}
 
 
+def test_a_step_that_heals_is_still_a_step() -> None:
+    x, codes = clean(10)
+    since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 120.0, 0.0)
+    hurt = codes.copy()
+    hurt[:, 1] += (since > 0.0) * (8.0 + 12.0 * np.exp(-since / 35.0))
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("step",)
+    assert result.data["where"]["onset_s"] == pytest.approx(120.0, abs=1.0)
+
+
+def test_a_supply_that_all_channels_pull_down_is_crosstalk() -> None:
+    x, codes = clean(11)
+    sagging = codes * (1.0 - 0.08 * codes.mean(axis=1, keepdims=True) / 4095.0)
+    sagging[:, 2:] = codes[:, 2:]
+    result = diagnose(recorded(x, codes, 1), recorded(x, sagging, 2))
+    assert result.effects == ("crosstalk",)
+    assert result.data["effects"][0]["channels"] == ["s1", "s2"]
+
+
 @pytest.mark.parametrize(("step", "gain"), [(0.02, 0.02), (0.2, 0.2), (1.0, 0.6)])
 def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> None:
     """The settled gain K of a local level solves K^2 / (1 - K) = (step / noise)^2."""

@@ -51,6 +51,12 @@ def explain(nominal: Nominal) -> list[Candidate]:
             result.append(Candidate(column, {"source": float(other)}))
             alone = nominal.codes[:, other] - nominal.reference.rest[other]
             result.append(Candidate(alone[:, None], {"source": float(other)}))
+    if channels > 1:
+        # A shared supply sags, or lifts, with all channels together.
+        together = nominal.codes.mean(axis=1)
+        result.append(Candidate((together - nominal.u)[:, None], {}, "supply"))
+        sagging = nominal.u * together / nominal.full_scale
+        result.append(Candidate(sagging[:, None], {}, "supply"))
     return result
 
 

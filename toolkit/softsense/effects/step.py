@@ -25,16 +25,19 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """From an instant on another offset and gain."""
+    """From an instant on another offset and gain, or an offset that heals in part."""
     reference = nominal.reference
-    shares = np.linspace(0.02, 0.98, GRID)
-    return _traces(nominal, reference.start_s + shares * reference.duration_s)
+    onsets_s = reference.start_s + np.linspace(0.02, 0.98, GRID) * reference.duration_s
+    return _traces(nominal, onsets_s) + _healing(nominal, onsets_s[::2], np.array([40.0]))
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same at instants near one: half a grid step to either side."""
-    reach = 0.5 * nominal.reference.duration_s / GRID
-    return _traces(nominal, values["onset_s"] + np.linspace(-reach, reach, 21))
+    """The same at instants near one: a grid step to either side."""
+    reach = nominal.reference.duration_s / GRID
+    if "tau_s" in values:
+        near_s = values["onset_s"] + np.linspace(-reach, reach, 21)
+        return _healing(nominal, near_s, values["tau_s"] * np.array([0.25, 0.5, 1.0, 2.0, 4.0]))
+    return _traces(nominal, values["onset_s"] + np.linspace(-0.5 * reach, 0.5 * reach, 21))
 
 
 def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
@@ -44,6 +47,18 @@ def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
         values = {"onset_s": float(onset_s)}
         result.append(Candidate(after[:, None], values))
         result.append(Candidate(np.stack([after, after * nominal.share], axis=1), values))
+    return result
+
+
+def _healing(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Candidate]:
+    result = []
+    for onset_s in onsets_s:
+        since = nominal.time_s - onset_s
+        after = (since >= 0.0) * nominal.span
+        for tau_s in times_s:
+            healed = after * np.exp(-np.maximum(since, 0.0) / tau_s)
+            values = {"onset_s": float(onset_s), "tau_s": float(tau_s)}
+            result.append(Candidate(np.stack([after, healed], axis=1), values, "healing"))
     return result
 
 
