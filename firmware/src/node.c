@@ -119,9 +119,11 @@ bool node_step(void)
     if (due()) {
         const uint32_t scheduled_us = messages.next_us;
         messages.next_us += messages.period_us;
-        /* Late by a whole period: samples are skipped, not sent in a burst. */
+        /* Late by whole periods: their samples are skipped, not sent in a burst, and the next one
+         * is on the grid of times again. */
         if (due()) {
-            messages.next_us = port_time_us() + messages.period_us;
+            const uint32_t late_us = port_time_us() - messages.next_us;
+            messages.next_us += (late_us / messages.period_us + 1U) * messages.period_us;
         }
         const size_t length = messages_sample(&messages, scheduled_us, outgoing);
         if (length > 0U) {

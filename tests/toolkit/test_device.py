@@ -120,7 +120,10 @@ def test_the_device_estimates_its_own_samples(device: Device) -> None:
     first = seen[0].conversion
     assert [sample.conversion for sample in seen] == list(range(first, first + 60))
     steps = np.diff([sample.time_us for sample in seen])
-    assert set(steps) == {5000}
+    # A busy machine may starve the emulated board, which then skips samples: whole periods only.
+    assert all(steps > 0)
+    assert not any(steps % 5000)
+    assert np.median(steps) == 5000
     for sample in seen:
         row = sample.conversion % 400
         assert sample.codes == (
@@ -175,7 +178,7 @@ def test_requests_are_as_long_as_the_cable_lets_through() -> None:
 
 def test_a_reset_is_noticed() -> None:
     with connect(MODEL, "emulate:host", faults=parse_faults("reset=50ms"), seed=1) as device:
-        end = time.monotonic() + 10
+        end = time.monotonic() + 60
         while not device.counters.resets and time.monotonic() < end:
             device.ping()
         assert device.counters.resets > 0
@@ -184,7 +187,7 @@ def test_a_reset_is_noticed() -> None:
 
 def test_an_unplugged_cable_is_plugged_in_again_or_said() -> None:
     with connect(MODEL, "emulate:host", faults=parse_faults("cut=100ms"), seed=1) as device:
-        end = time.monotonic() + 10
+        end = time.monotonic() + 60
         while not device.counters.reconnects and time.monotonic() < end:
             device.ping()
         assert device.counters.reconnects > 0
