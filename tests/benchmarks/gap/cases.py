@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 3  # family of the held-out half
+LAST = 4  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def sensors(
         share, tau_s = rng.uniform(0.05, 0.3), rng.uniform(1.0, 4.0)
         s = s + factor["relaxation"] * share * (low_pass(s, factor["tau"] * tau_s) - s)
         slow = factor["creep"] * rng.uniform(0.02, 0.15)
-        s = s + slow * (low_pass(s, rng.uniform(8.0, 40.0)) - s)
+        s = s + slow * (low_pass(s, factor["late"] * rng.uniform(8.0, 40.0)) - s)
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
         signals.append(s + size * low_pass(speed, rng.uniform(0.2, 0.6)))
@@ -184,6 +184,31 @@ def _flicker(rng: Random, n: int) -> Floats:
     )
 
 
+def _anhysteretic(rng: Random, y: Floats) -> Floats:
+    """Jiles and Atherton: pinned, it is drawn to a curve that its own state shifts."""
+    width, pin, own = rng.uniform(0.1, 0.4), rng.uniform(0.05, 0.3), rng.uniform(0.0, 0.1)
+    z = np.zeros(len(y))
+    for k in range(1, len(y)):
+        d = y[k] - y[k - 1]
+        pull = np.tanh((y[k] - 0.5 + own * z[k - 1]) / width) - z[k - 1]
+        z[k] = z[k - 1] + (pull * abs(d) / pin if pull * d > 0.0 else 0.0)
+    return z
+
+
+def _logarithmic(rng: Random, s: Floats, t: Floats) -> Floats:
+    share = np.log1p(t / rng.uniform(0.3, 3.0)) / np.log1p(400.0)
+    return np.asarray(fftconvolve(s, np.diff(share, prepend=0.0))[: len(s)]) - s * share[-1]
+
+
+def _thixotropic(rng: Random, speed: Floats) -> Floats:
+    """Structure that shear breaks faster than it heals, and heals the faster the less is left."""
+    broken, heals = rng.uniform(0.5, 3.0), rng.uniform(0.5, 3.0)
+    z = np.ones(len(speed))
+    for k in range(1, len(speed)):
+        z[k] = z[k - 1] + DT_S * (heals * (1.0 - z[k - 1]) ** 1.5 - broken * speed[k] * z[k - 1])
+    return 1.0 - z
+
+
 def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) -> Floats:
     """What a mechanism adds to the dimensionless signal ``s`` (samples,), of any size."""
     top = np.maximum.accumulate(y)
@@ -199,18 +224,21 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             ),
             lambda: _preisach(rng, y),
             lambda: _hodgdon(rng, y),
+            lambda: _anhysteretic(rng, y),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
             lambda: 0.7 * (low_pass(s, rng.uniform(1, 5)) - s) + low_pass(s, 40.0) - s,
             lambda: _fractional(rng, s),
             lambda: _eyring(rng, s),
+            lambda: _logarithmic(rng, s, t),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
             lambda: (top - y) * top ** rng.uniform(0.5, 1.5),
             lambda: erf((top - y) / (rng.uniform(0.2, 0.5) + 0.2 * top)) * s,
             lambda: erf((top**2 - y**2) / (0.1 + rng.uniform(0.3, 1.0) * top**2)) * y,
+            lambda: -np.expm1(-rng.uniform(0.5, 3.0) * np.sqrt(np.maximum(top - y, 0.0))) * y,
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -219,33 +247,39 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (
                 low_pass(np.tanh(speed / rng.uniform(0.1, 0.6)), rng.uniform(0.2, 1.2)) * (0.3 + y)
             ),
+            lambda: _thixotropic(rng, speed) * (1.0 + rng.uniform(0.0, 1.0) * s),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
             lambda: 1.0 - np.exp(-((t / rng.uniform(60.0, 200.0)) ** 0.7)),
             lambda: (t + 1.0) ** rng.uniform(0.3, 0.7),
             lambda: t / (t + rng.uniform(30.0, 300.0)),
+            lambda: 1.0 - 1.0 / np.sqrt(1.0 + t / rng.uniform(10.0, 100.0)),
         ],
         "gain": [
             lambda: s - s[0],
             lambda: (s - s[0]) * t,
             lambda: (s - s[0]) * np.sqrt(t),
             lambda: (s - s[0]) * (1.0 - np.exp(-t / rng.uniform(50.0, 300.0))),
+            lambda: (s - s[0]) * np.log1p(np.cumsum(speed) * DT_S / rng.uniform(1.0, 20.0)),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
             lambda: np.asarray(lfilter([1.0], [1.0, -0.9995], rng.normal(size=len(t)))),
             lambda: _flicker(rng, len(t)),
+            lambda: np.cumsum(rng.standard_t(4.0, size=len(t))),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
             lambda: np.sin(2.0 * np.pi * (s - s.min()) / 4.0),
             lambda: (8.0 * s / np.abs(s).max()) % 1.0,
+            lambda: ((s - s.min()) / 4.0 - rng.uniform(0.2, 0.6)) ** 3,
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
             lambda: np.sin(2.0 * np.pi * (rng.uniform(2.0, 8.0) * t + 0.05 * np.sin(0.1 * t))),
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t) * (1.0 + np.sin(0.3 * t)),
+            lambda: np.sign(np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -253,11 +287,13 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 lfilter([1.0], [1.0, -0.3], (rng.random(len(t)) < 0.003) * rng.normal(size=len(t)))
             ),
             lambda: (rng.random(len(t)) < 0.003) * rng.exponential(size=len(t)),
+            lambda: np.convolve(rng.random(len(t)) < 0.003, [1.0, -0.6, 0.2])[: len(t)],
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
             lambda: rng.normal(size=len(t)) * (0.2 + y),
             lambda: rng.normal(size=len(t)) * (0.3 + speed),
+            lambda: rng.laplace(size=len(t)) * (0.5 + y**2),
         ],
     }
     choices = table[name]
@@ -278,9 +314,9 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = ("contact", "load", "sticking", "ringing", "loose")
+FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble")
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = ("relaxation", "tau", "overshoot", "creep")
+RETUNED = ("relaxation", "tau", "overshoot", "creep", "late")
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -288,7 +324,7 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
 
     A name may be of ``NAMES``, of ``FOREIGN``, or ``retune:`` and one of ``RETUNED``.
     """
-    rng = np.random.default_rng([seed, 3 * int(held_out)])
+    rng = np.random.default_rng([seed, LAST * int(held_out)])
     channels = int(rng.integers(3, 8))
     earlier, later = motion(rng, SAMPLES, excitation), motion(rng, LATER, excitation)
     x = np.concatenate([earlier, np.linspace(earlier[-1], later[0], BETWEEN), later])
@@ -384,6 +420,13 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
             state[at : at + length] = rng.uniform(0.0, 1.0)
             at += length
         return state * s
+    if name == "tremble":  # something shakes it now and then
+        tones = np.zeros(n)
+        for _ in range(int(rng.integers(15, 40))):
+            begin, length = int(rng.integers(n)), int(rng.uniform(1.0, 6.0) / DT_S)
+            part = np.arange(min(length, n - begin)) * DT_S
+            tones[begin : begin + len(part)] += np.sin(2.0 * np.pi * rng.uniform(0.7, 3.0) * part)
+        return tones
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -420,15 +463,17 @@ def _moved(
         middle = float(np.sqrt(low * high))
         seen, more = x, None
         if name == "delay":
-            drifting = 0.5 + index / SAMPLES if family == LAST else 1.0
-            seen = np.interp(index - drifting * middle / DT_S, index, x)
+            drifting = {3: 0.5 + index / SAMPLES, LAST: 1.0 + 0.3 * np.sin(index / 900.0)}
+            late = drifting.get(family, 1.0) * middle / DT_S
+            seen = np.interp(index - late, index, x)
         elif name == "backlash":
-            # Where friction lets go softly, the play is taken up before it is used up.
-            soft = 0.3 if family == LAST else 0.0
+            # Where friction lets go softly, the play is taken up before it is used up; or a spring
+            # takes it up with time.
+            soft = {3: 0.03, LAST: DT_S / 20.0}.get(family, 0.0)
             seen, z = np.empty_like(x), x[0]
             for k, value in enumerate(x):
                 stop = min(max(z, value - 0.2 * middle), value + 0.2 * middle)
-                z = stop + soft * 0.1 * (value - stop)
+                z = stop + soft * (value - stop)
                 seen[k] = z
         else:
             more = {name.removeprefix("retune:"): 1.0 + 4.0 * middle}
@@ -457,7 +502,11 @@ def _change(
 
         def lagging(tau: float) -> Floats:
             late = low_pass(own, tau, 1 + family % 2)
-            return (late if family < LAST else low_pass(late, 0.4 * tau)) - own
+            if family == 3:
+                late = low_pass(late, 0.4 * tau)
+            if family == LAST:  # a line of many small resistors and capacitors
+                late = low_pass(low_pass(low_pass(own, tau), tau / 9.0), tau / 25.0)
+            return late - own
 
         low, high = 0.003, 3.0
         for _ in range(20):
@@ -470,20 +519,27 @@ def _change(
             soft = 0.04 * np.ptp(own) * (family > 0) + 1e-9
             over = (own - level) / soft
             change = -soft * np.logaddexp(0.0, over)
-            if family == LAST:  # what is above comes through, but for a tenth
+            if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
+            if family == LAST:  # less and less comes through
+                above, room = np.maximum(own - level, 0.0), 0.1 * np.ptp(own)
+                change = above / (1.0 + above / room) - above
             if _rms(change) >= target:
                 break
         return change
     if name == "crosstalk":
         change = codes[:, channel - 1] - own
-        if family == LAST:  # a shared supply
+        if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
+        if family == LAST:  # and a part of the one before that
+            change = change + 0.3 * (codes[:, channel - 2] - codes[:, channel - 1])
     elif name == "step":
         since = np.maximum(t - (onset or 0.0), 0.0)
-        change = (since > 0.0) * (1.0 + 0.3 * (family % LAST) * signals[:, channel])
-        if family == LAST:  # heals in part
+        change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
+        if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
+        if family == LAST:  # tears over some seconds
+            change *= np.minimum(since / 4.0, 1.0)
     else:
         change = shape(rng, name, family, signals[:, channel], x / 0.4, t)
         change = change - change[0]

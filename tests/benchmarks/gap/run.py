@@ -24,7 +24,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from cases import FOREIGN, NAMES, RETUNED, SAMPLES, make
+from cases import FOREIGN, LAST, NAMES, RETUNED, SAMPLES, make
 
 from softsense.diagnose import augment, diagnose
 
@@ -109,7 +109,7 @@ def _closure(case: Any, diagnosis: Any) -> dict[str, Any]:
 
 def jobs(held_out: bool, cases: int) -> dict[str, list[Job]]:
     """All cases by what they are to show."""
-    rng = np.random.default_rng(3 * int(held_out))
+    rng = np.random.default_rng(LAST * int(held_out))
     two = [tuple(str(n) for n in rng.choice(NAMES, 2, replace=False)) for _ in range(10 * cases)]
 
     def each(base: int, names: tuple[str, ...] | list[str], some: int) -> list[Job]:
