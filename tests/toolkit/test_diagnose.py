@@ -212,7 +212,7 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     left[:, 1] += tone + spikes
     left[:, 2] = 4.0 * left[:, 2] + spikes
     motion = motion_of(x, 0.05, 0.0, None)
-    found = {f.name: f for f in findings(left, own, motion, True)}
+    found = {f.name: f for f in findings(left, left, own, motion, True)}
     channels = {name: finding.channels for name, finding in found.items()}
     assert channels == {"spikes": (1, 2), "interference": (0, 1), "noise": (2,)}
     assert found["interference"].value == pytest.approx(6.9, abs=0.01)
@@ -329,7 +329,7 @@ def test_every_effect_that_explains_says_finite_columns() -> None:
     x, codes = clean(2, 1500)
     sim = recorded(x, codes, 1)
     motion = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None)
-    nominal = nominals(codes, motion, 12, reference_of(codes, motion))[0]
+    nominal = nominals(codes, codes, motion, 12, reference_of(codes, motion))[0]
     for name, effect in all_effects().items():
         for candidate in effect.explain(nominal) if effect.explain else ():
             assert candidate.columns.shape[0] == len(x), name

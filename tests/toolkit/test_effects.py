@@ -294,13 +294,15 @@ def test_delay_moves_without_attenuation() -> None:
 def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
     codes = 2000.0 + np.cumsum(np.random.default_rng(4).normal(size=(800, 1)), axis=0)
     motion = motion_of(codes[:, 0], 0.05, 0.0, None)
-    (nominal,) = nominals(codes, motion, 12, reference_of(codes, motion))
+    (nominal,) = nominals(codes, codes, motion, 12, reference_of(codes, motion))
     index = np.arange(len(codes), dtype=float)
     made = [c for c in effect("delay").explain(nominal) if "delay_s" in c.values]
     made += effect("delay").zoom(nominal, {"delay_s": -0.3})
-    assert {c.form for c in made} == {"smooth", "linear"}
+    made += effect("delay").zoom(nominal, {"delay_s": 0.2, "skew": 0.001})
+    assert {c.form for c in made} == {"smooth", "linear", "skewed"}
     for candidate in made:
-        at = np.clip(index - candidate.values["delay_s"] / 0.05, 0.0, index[-1])
+        late_s = candidate.values["delay_s"] + candidate.values.get("skew", 0.0) * 0.05 * index
+        at = np.clip(index - late_s / 0.05, 0.0, index[-1])
         smooth = CubicSpline(index, codes[:, 0])(at)
         expected = smooth if candidate.form == "smooth" else np.interp(at, index, codes[:, 0])
         np.testing.assert_allclose(candidate.columns[:, 0], expected - codes[:, 0], atol=1e-9)

@@ -467,9 +467,8 @@ def _moved(
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
         elif name == "backlash":
-            # Where friction lets go softly, the play is taken up before it is used up; or a spring
-            # takes it up with time.
-            soft = {3: 0.03, LAST: DT_S / 20.0}.get(family, 0.0)
+            # A spring takes the play up with time.
+            soft = {3: DT_S / 60.0, LAST: DT_S / 20.0}.get(family, 0.0)
             seen, z = np.empty_like(x), x[0]
             for k, value in enumerate(x):
                 stop = min(max(z, value - 0.2 * middle), value + 0.2 * middle)
@@ -529,11 +528,15 @@ def _change(
         return change
     if name == "crosstalk":
         change = codes[:, channel - 1] - own
+        if family == 1:  # beside its own, and not instead
+            change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
         if family == LAST:  # and a part of the one before that
             change = change + 0.3 * (codes[:, channel - 2] - codes[:, channel - 1])
-    elif name == "step":
+        # No converter hears more of another channel than of its own.
+        return change * min(target / _rms(change), 0.5)
+    if name == "step":
         since = np.maximum(t - (onset or 0.0), 0.0)
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
@@ -542,5 +545,6 @@ def _change(
             change *= np.minimum(since / 4.0, 1.0)
     else:
         change = shape(rng, name, family, signals[:, channel], x / 0.4, t)
-        change = change - change[0]
+        if name not in ("noise", "spikes"):
+            change = change - change[0]
     return change * target / _rms(change)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
+from hashlib import blake2b
 from typing import TypeVar
 
 import numpy as np
@@ -26,6 +27,9 @@ Result = TypeVar("Result")
 WEIGHT_PRICE = 12.0
 # Per sample: an effect of half the noise's size gains a quarter.
 EFFECT_PRICE = 0.25
+# That is for what the nominal signal may be wrong by, not for chance: where the real noise is far
+# louder than the simulated one (by more than this factor of power), less.
+LOUD = 4.0
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
@@ -67,7 +71,7 @@ class Channel:
         sigma: float,
         static: Floats,
         known: Sequence[str],
-        own: float = 0.0,
+        own: float,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
@@ -75,6 +79,7 @@ class Channel:
         that is more than noise (its random walks, its spikes), as much is no gap.
         """
         square = float(np.mean(residual**2))
+        self.guard = min(1.0, LOUD * own / sigma**2)
         self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
@@ -118,21 +123,27 @@ class Channel:
         if self._thin.step > 1:
             # A copy, so that the whole is not kept.
             columns = columns[self._thin].copy()
-        return Entry(0, replace(candidate, columns=columns), number, near)
+        return Entry((), replace(candidate, columns=columns), number, near)
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
-        """Lay out the columns of ``found`` and forget all fits."""
-        start = 1 + self.static.shape[1]
+        """Lay out the columns of ``found``, each once, and forget all fits."""
+        static = self.static[self._thin]
+        columns = [np.ones(len(static)), *static.T]
+        begin = len(columns)
+        places: dict[bytes, int] = {}
         self.entries: dict[str, list[Entry]] = {}
         for name, entries in found.items():
             for entry in entries:
-                self.entries.setdefault(name, []).append(replace(entry, start=start))
-                start += entry.width
-        static = self.static[self._thin]
-        columns = [np.ones((len(static), 1)), static]
-        columns += [e.candidate.columns for entries in self.entries.values() for e in entries]
-        columns += [self.residual[self._thin, None]]
-        table = np.concatenate(columns, axis=1)
+                at = []
+                for column in entry.candidate.columns.T:
+                    key = blake2b(column.tobytes(), digest_size=16).digest()
+                    if key not in places:
+                        places[key] = begin + len(places)
+                        columns.append(column)
+                    at.append(places[key])
+                self.entries.setdefault(name, []).append(replace(entry, at=tuple(at)))
+        columns.append(self.residual[self._thin])
+        table = np.stack(columns).T
         self.design = Design(table)
         # Beside a random walk an effect shows in what the past does not foresee.
         self.fast = Design(innovations(table, self.gain))
@@ -149,7 +160,7 @@ class Channel:
                 found[name] = entries
                 continue
             numbers = {number for other, number in chosen if other == name}
-            numbers.add(self._choose((), 0, name, lambda candidate: candidate.fixed))
+            numbers = numbers or {self._choose((), 0, name)}
             kept = [entries[number] for number in sorted(numbers)]
             found[name] = [*kept]
             for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
@@ -175,6 +186,18 @@ class Channel:
         return best
 
     def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
+        """The fit of one more round; its candidates are among the entries from now on."""
+        trial, best = self._upon_each_other(ordered, fit)
+        chosen: list[Pick] = []
+        for name, number in best.picks:
+            if name != WALK:
+                self.entries[name].append(replace(trial.entries[name][number], at=()))
+                number = len(self.entries[name]) - 1
+            chosen.append((name, number))
+        return replace(best, picks=tuple(chosen))
+
+    def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit) -> tuple[Channel, Fit]:
+        """Candidates near those of ``fit`` upon what earlier stages do, and a fit of the best."""
         said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
         codes = self.nominal.codes.copy()
         change = np.zeros(len(codes))
@@ -197,15 +220,7 @@ class Channel:
             if len(made.get(name, ())) > 1:
                 rest = [(n, k) for n, k in picks.items() if n != name]
                 picks[name] = trial._choose(rest, static, name)
-        best = trial.fit((name, picks[name]) for name in names)
-        chosen: list[Pick] = []
-        for name in names:
-            if name == WALK:
-                chosen.append((WALK, 0))
-                continue
-            self.entries[name].append(made[name][picks[name]])
-            chosen.append((name, len(self.entries[name]) - 1))
-        return replace(best, picks=tuple(chosen))
+        return trial, trial.fit((name, picks[name]) for name in names)
 
     def _upon(self, nominal: Nominal, name: str, number: int) -> list[Entry]:
         """A candidate and what is close to it, of a changed nominal signal."""
@@ -236,16 +251,16 @@ class Channel:
         """What a fit leaves on unseen time, noise included, and what its terms cost."""
         price = WEIGHT_PRICE * fit.columns
         if (WALK, 0) in fit.picks:
-            price += EFFECT_PRICE * self.samples * beside_walk(len(fit.picks) - 1)
+            price += self.effect_price * beside_walk(len(fit.picks) - 1)
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
             beside = max(float(self.fast.total[-1, -1]) / self.sigma**2 - self.samples, 0.0)
             price += FORM_SHARE * beside * (len(fit.picks) - 1)
         else:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))
-            price += EFFECT_PRICE * self.samples * count
-            exact = all(all_effects()[name].exact for name, _ in fit.picks)
-            price += (EXACT_SHARE if exact else FORM_SHARE) * self.excess * max(count - 1, 0)
+            price += self.effect_price * count
+            share = EXACT_SHARE if self.exact(fit) else FORM_SHARE
+            price += share * self.excess * max(count - 1, 0)
         picks = [pick for pick in fit.picks if pick[0] != WALK]
         if any(self.entries[name][number].candidate.curved for name, number in picks):
             price += CURVED_PRICE * self.samples + CURVED_SHARE * self.excess
@@ -253,7 +268,19 @@ class Channel:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
-        return self.samples + self.left(fit) + price
+        return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
+
+    def exact(self, fit: Fit) -> bool:
+        """Whether every equation is what happens, and not a model of a material."""
+        return all(
+            all_effects()[name].exact and not self.entries[name][number].candidate.pliable
+            for name, number in fit.picks
+        )
+
+    @property
+    def effect_price(self) -> float:
+        """What an effect costs, whatever its columns are."""
+        return EFFECT_PRICE * self.guard * self.samples
 
     @property
     def excess(self) -> float:
@@ -288,15 +315,14 @@ class Channel:
             if name == WALK:
                 continue
             entry = self.entries[name][number]
-            columns = range(entry.start, entry.start + entry.width)
             if not entry.candidate.fixed:
-                free.extend(columns)
+                free.extend(entry.at)
                 stiff.extend([0.0] * entry.width)
                 continue
-            fixed.extend(columns)
+            fixed.extend(entry.at)
             if len(picks) > 1:
                 # Another effect changes what this one acts on, and so its weight of 1.
-                free.extend(columns)
+                free.extend(entry.at)
                 stiff.append((self.sigma / LEEWAY) ** 2)
         return free, fixed, np.array(stiff)
 
@@ -305,7 +331,7 @@ class Channel:
 
         Where no effect can pay the empty fit stands for all.
         """
-        if self.excess < EFFECT_PRICE * self.samples or not names <= {WALK, *self.entries}:
+        if self.excess < self.effect_price or not names <= {WALK, *self.entries}:
             names = frozenset()
         if names not in self._best:
             self._best[names] = self._search(names)
@@ -316,22 +342,32 @@ class Channel:
             return self.fit(())
         made = []
         for last in sorted(names):
-            others = self.best(names - {last}).picks
+            others = dict(self.best(names - {last}).picks)
             for static in self._statics():
-                picks = dict(others)
-                # Choose the last one beside the others, then the others again beside it.
-                for name in (last, *sorted(names - {last})) if len(names) > 1 else (last,):
-                    rest = [(n, k) for n, k in picks.items() if n != name]
-                    picks[name] = self._choose(rest, static, name)
-                fit = self._fit(tuple(sorted(picks.items())), static)
-                cancelling = self._cancelling(fit)
-                for name in cancelling:
-                    rest = [(n, k) for n, k in picks.items() if n != name]
-                    picks[name] = self._choose(rest, static, name, lambda c: not c.parallel)
+                fit = self._beside(last, others, static)
                 made.append(fit)
-                if cancelling:
-                    made.append(self._fit(tuple(sorted(picks.items())), static))
+                conditional = [
+                    name
+                    for name, number in fit.picks
+                    if name != WALK and _conditional(self.entries[name][number].candidate)
+                ]
+                if conditional:
+                    free = {n: k for n, k in others.items() if n not in conditional}
+                    made.append(self._beside(last, free, static, conditional))
         return min(made, key=self.price)
+
+    def _beside(
+        self, last: str, others: Mapping[str, int], static: int, unconditional: Sequence[str] = ()
+    ) -> Fit:
+        """The best candidate of ``last`` beside ``others``, then the others again beside it.
+
+        Of the effects ``unconditional`` no candidate whose weights must fulfil a condition.
+        """
+        picks = dict(others)
+        for name in (last, *sorted({*others, *unconditional} - {last})):
+            rest = [(n, k) for n, k in picks.items() if n != name]
+            picks[name] = self._choose(rest, static, name, name in unconditional)
+        return self._fit(tuple(sorted(picks.items())), static)
 
     def _cancelling(self, fit: Fit) -> list[str]:
         """Effects whose weights ought to have one sign, and cancel."""
@@ -342,21 +378,34 @@ class Channel:
             and float(np.abs(weights).sum()) > CANCELLING * abs(float(weights.sum()))
         ]
 
+    def _beyond(self, fit: Fit) -> list[str]:
+        """Effects whose weights are larger than physics has them."""
+        return [
+            pick[0]
+            for pick, weights in self.weighted(fit)
+            if float(np.abs(weights).max()) > self.entries[pick[0]][pick[1]].candidate.largest
+        ]
+
     def _choose(
         self,
         picks: Sequence[Pick],
         static: int,
         name: str,
-        allowed: Callable[[Candidate], bool] = lambda candidate: True,
+        unconditional: bool = False,
     ) -> int:
-        """The candidate of an effect, among those ``allowed``, that fits best beside ``picks``."""
+        """The candidate of an effect that fits best beside ``picks``."""
         if name == WALK:
             return 0
-        entries = self.entries[name]
+        entries = self._compared(name)
         gains = self._design(picks).gains(*self._indices(picks, static), entries) / self.sigma**2
         costs = WEIGHT_PRICE * np.array([0.0 if e.candidate.fixed else e.width for e in entries])
-        costs[[not allowed(entry.candidate) for entry in entries]] = np.inf
+        if unconditional:
+            costs[[_conditional(entry.candidate) for entry in entries]] = np.inf
         return int(np.argmax(gains - costs))
+
+    def _compared(self, name: str) -> list[Entry]:
+        """The candidates of an effect that stand in the table: the others come after these."""
+        return [entry for entry in self.entries[name] if entry.at]
 
     def within(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with any of the effects ``names``, or none."""
@@ -371,6 +420,13 @@ class Channel:
         likelihood ratio), widened by how far the residual is from white noise of its stated size.
         At least half a step of the grid to either side, and a whole one at its end.
         """
+        if any(n != WALK and self.entries[n][k].nominal is not None for n, k in fit.picks):
+            # Upon what other effects do, as those are that it is compared with.
+            trial, fit = self._upon_each_other(fit.picks, fit)
+            return trial._interval(fit, name, key)
+        return self._interval(fit, name, key)
+
+    def _interval(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
         picks = dict(fit.picks)
         chosen = self.entries[name][picks[name]].candidate
         value = float(chosen.values[key])
@@ -379,11 +435,11 @@ class Channel:
         static = 0 if fit.static is None else len(fit.static)
         rest = {k: v for k, v in chosen.values.items() if k != key}
         tried: dict[float, float] = {}
-        for number, entry in enumerate(self.entries[name]):
+        for number, entry in enumerate(self._compared(name)):
             other = entry.candidate
             alike = other.form == chosen.form and other.columns.shape == chosen.columns.shape
             same = {k: v for k, v in other.values.items() if k != key}
-            if alike and entry.nominal is None and same == rest:
+            if alike and same == rest:
                 made = self._fit(tuple(sorted({**picks, name: number}.items())), static)
                 tried[float(other.values[key])] = float(made.errors.sum()) / self.sigma**2
         grid = np.array(sorted(tried))
@@ -435,6 +491,10 @@ def all_at_once(
         return [work(item) for item in items]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(work, items))
+
+
+def _conditional(candidate: Candidate) -> bool:
+    return candidate.parallel or candidate.largest < np.inf
 
 
 def beside_walk(effects: int) -> float:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
 from softsense.effects import Candidate, Nominal
+from softsense.effects.operators import compiled
 
 Floats = NDArray[np.float64]
 Pick = tuple[str, int]
@@ -25,12 +26,12 @@ _RIDGE = 1e-7
 
 @dataclass(frozen=True)
 class Entry:
-    """Where a candidate's columns stand.
+    """Where a candidate's columns stand in the table: ``at``, empty for those of another table.
 
     ``number`` in what its effect explains; where ``near`` is given, in its zoom around that.
     """
 
-    start: int
+    at: tuple[int, ...]
     candidate: Candidate
     number: int
     near: Mapping[str, float] | None = None
@@ -112,8 +113,8 @@ class Design:
         """(entries,) by how much each lowers the squared error of the fit, on the time it saw."""
         total = self.total
         side = total[self.y] - self.scale[list(fixed)] @ total[list(fixed)]
-        wanted = np.concatenate([np.arange(e.start, e.start + e.width) for e in entries])
-        place = np.cumsum([0, *(e.width for e in entries)])
+        wanted = np.concatenate([np.array(e.at, dtype=np.intp) for e in entries])
+        begins = np.cumsum([0, *(e.width for e in entries)])
         if len(free):
             index = np.array(free, dtype=np.intp)
             gram = total[index[:, None], index] + self._ridge(free, stiff)
@@ -122,21 +123,55 @@ class Design:
             rest = side[wanted] - above.T @ solve_triangular(root, side[index], lower=True)
         else:
             above, rest = np.zeros((1, len(wanted))), side[wanted]
-        result = np.empty(len(entries))
-        by_width: dict[tuple[int, bool], list[int]] = {}
-        for number, entry in enumerate(entries):
-            by_width.setdefault((entry.width, entry.candidate.fixed), []).append(number)
-        for (width, is_fixed), numbers in by_width.items():
-            at = place[numbers][:, None] + np.arange(width)
-            codes = wanted[at]
-            mine = above[:, at].transpose(1, 2, 0)
-            gram = total[codes[:, :, None], codes[:, None, :]] - mine @ mine.transpose(0, 2, 1)
-            own = rest[at]
-            if is_fixed:
-                size = self.scale[codes[:, 0]]
-                result[numbers] = 2.0 * own[:, 0] * size - gram[:, 0, 0] * size**2
-            else:
-                gram = gram + 10.0 * _RIDGE * self.samples * np.eye(width)
-                solved = np.linalg.solve(gram, own[..., None])[..., 0]
-                result[numbers] = (solved * own).sum(axis=1)
+        # What a fixed candidate's column is scaled by, and 0 for the free ones.
+        sizes = np.array([self.scale[e.at[0]] if e.candidate.fixed else 0.0 for e in entries])
+        above = np.ascontiguousarray(above.T)
+        ridge = 10.0 * _RIDGE * self.samples
+        result: Floats = _each_gain(total, wanted, begins, above, rest, sizes, ridge)
         return result
+
+
+@compiled
+def _each_gain(
+    total: Floats,
+    columns: NDArray[np.intp],
+    begins: NDArray[np.intp],
+    above: Floats,
+    rest: Floats,
+    sizes: Floats,
+    ridge: float,
+) -> Floats:
+    """(entries,) squares that each entry's columns explain of ``rest``, by their Cholesky factor.
+
+    Entry ``e`` has the columns ``begins[e]`` … ``begins[e + 1]`` of ``columns``; of their products
+    (``total``) those of ``above`` are taken off, which say what other columns explain already.
+    """
+    result = np.empty(len(begins) - 1)
+    for e in range(len(result)):
+        first, width = begins[e], begins[e + 1] - begins[e]
+        if sizes[e] > 0.0:
+            square = total[columns[first], columns[first]] - (above[first] ** 2).sum()
+            result[e] = 2.0 * rest[first] * sizes[e] - square * sizes[e] ** 2
+            continue
+        root = np.empty((width, width))
+        said = np.empty(width)
+        gain = 0.0
+        for i in range(width):
+            for j in range(i + 1):
+                product = total[columns[first + i], columns[first + j]]
+                for k in range(above.shape[1]):
+                    product -= above[first + i, k] * above[first + j, k]
+                for k in range(j):
+                    product -= root[i, k] * root[j, k]
+                if i == j:
+                    # Rounding may leave less than nothing of columns that are nearly one.
+                    root[i, i] = np.sqrt(max(product + ridge, 0.1 * ridge))
+                else:
+                    root[i, j] = product / root[j, j]
+            said[i] = rest[first + i]
+            for k in range(i):
+                said[i] -= root[i, k] * said[k]
+            said[i] /= root[i, i]
+            gain += said[i] ** 2
+        result[e] = gain
+    return result

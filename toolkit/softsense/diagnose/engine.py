@@ -40,6 +40,8 @@ Floats = NDArray[np.float64]
 
 STATIC_KNOTS = 8
 BETWEEN_S = 10.0
+# Channels hear what others make of what they hear: each time less by the crosstalk's share.
+HEARINGS = 4
 
 
 @dataclass(frozen=True)
@@ -148,7 +150,7 @@ def diagnose(
     channels = _channels(smooth, motion, residual, own, sim.adc_bits, known)
     models = _searched(channels, known)
     found = variance.findings(
-        _left(channels, models[0]), sim.codes - smooth, motion, bool(models[0].names)
+        _left(channels, models[0]), residual, sim.codes - smooth, motion, bool(models[0].names)
     )
     found = [finding for finding in found if finding.name not in without]
     clean = variance.cleaned(residual, found, motion)
@@ -208,9 +210,20 @@ def change_of(diagnosis: Diagnosis, bits: int) -> Floats:
 def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> Floats:
     """Codes (samples, channels) that the diagnosed effects add."""
     change = np.zeros_like(smooth)
+    hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
+    for _ in range(HEARINGS if hearing else 1):
+        change = _applied(diagnosis, smooth, smooth + change, motion, bits)
+    return change
+
+
+def _applied(
+    diagnosis: Diagnosis, smooth: Floats, heard: Floats, motion: Motion, bits: int
+) -> Floats:
+    """The same where the channels read ``heard``."""
+    change = np.zeros_like(smooth)
     seen = slice(0, len(diagnosis.past.target))
     reference = reference_of(smooth[seen], motion)
-    for channel, nominal in enumerate(nominals(smooth, motion, bits, reference)):
+    for channel, nominal in enumerate(nominals(smooth, heard, motion, bits, reference)):
         if diagnosis.static.size and np.any(diagnosis.static[channel]):
             change[:, channel] += _curve(motion) @ diagnosis.static[channel]
         codes, done, stage = smooth.copy(), np.zeros(len(smooth)), ""
@@ -310,7 +323,7 @@ def _channels(
     smooth: Floats, motion: Motion, residual: Floats, own: Floats, bits: int, known: Sequence[str]
 ) -> list[Channel]:
     sigma, curve = noise_rms(residual), _curve(motion)
-    made = nominals(smooth, motion, bits, reference_of(smooth, motion))
+    made = nominals(smooth, smooth + residual, motion, bits, reference_of(smooth, motion))
 
     def channel(number: int) -> Channel:
         level, square = float(sigma[number]), float(own[number])

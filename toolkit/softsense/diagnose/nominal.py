@@ -148,8 +148,10 @@ def reference_of(codes: Floats, motion: Motion) -> Reference:
     )
 
 
-def nominals(codes: Floats, motion: Motion, bits: int, reference: Reference) -> list[Nominal]:
-    """One ``Nominal`` per channel of noiseless ``codes``."""
+def nominals(
+    codes: Floats, heard: Floats, motion: Motion, bits: int, reference: Reference
+) -> list[Nominal]:
+    """One ``Nominal`` per channel of noiseless ``codes``, which read ``heard`` in truth."""
     weights = history_weights(codes, motion)
     known: dict[bytes, Floats] = {}
     curve = BSpline(_knots(KNOTS), weights[: KNOTS + 2], 3)
@@ -176,6 +178,7 @@ def nominals(codes: Floats, motion: Motion, bits: int, reference: Reference) -> 
     return [
         Nominal(
             codes=codes,
+            heard=heard,
             channel=channel,
             strain=motion.strain,
             dt_s=motion.dt_s,

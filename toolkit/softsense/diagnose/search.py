@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
 from softsense.diagnose.channel import WALK, Channel, all_at_once, beside_walk
 from softsense.diagnose.design import Fit
-from softsense.effects import all_effects
 
 Names = frozenset[str]
 # Pairs begin with the most promising single effects, triples with the best pairs.
@@ -21,6 +21,7 @@ COMPOSED_WALKS = 3
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
 SLOW = frozenset({"drift", "step"})
+SLOW_PRICE = 0.5
 # How many times as much an explanation without a walk must leave.
 WALK_LEAVES = 3.0
 # Naming one effect more, in noise variances of one channel and as a share of the whole gap.
@@ -52,20 +53,26 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     names = frozenset(name for fit in fits for name, _ in fit.picks)
     price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
     each = NAME_PRICE * channels[0].samples
+    costs = [
+        each
+        * max(c.guard for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
+        for name in names
+    ]
     gap = sum(channel.excess for channel in channels)
     if WALK in names:
         # How large an effect is, is not seen beside a walk, unless it is slow.
-        price += each * beside_walk(len(names) - 1) + NAME_SHARE * gap * len(names & SLOW)
+        price += each * beside_walk(len(names) - 1)
+        price += (SLOW_PRICE * channels[0].samples + NAME_SHARE * gap) * len(names & SLOW)
         walking = [
             c.excess for c, fit in zip(channels, fits, strict=True) if (WALK, 0) in fit.picks
         ]
         # Two equations, each only nearly right, leave more than one for a walk to follow.
         price += WALK_NAME_SHARE * max(len(names) - 1, 1) ** 2 * max(walking)
         return Model(names, fits, price)
-    exact = all(all_effects()[name].exact for name in names)
+    exact = all(channel.exact(fit) for channel, fit in zip(channels, fits, strict=True))
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
     shares = (NAME_SHARE + more * (len(names) - 1)) * gap if names else 0.0
-    return Model(names, fits, price + each * len(names) + shares)
+    return Model(names, fits, price + sum(costs) + shares)
 
 
 def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
@@ -76,10 +83,21 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     coarse = _models(channels, known)
     if not coarse[0].names:
         return coarse
-    near = [m for s in (1, 2, 3) for m in [c for c in coarse if len(c.names) == s][:ZOOMED]]
+    near = [made for made in coarse if len(made.names) == 1]
+    for some in (2, 3):
+        near += [made for made in coarse if len(made.names) == some][:ZOOMED]
+
+    # What does not pay on the coarse grid may pay on the fine one.
+    chosen = [
+        {pick for m in near for fit in (m.fits[c], channels[c].best(m.names)) for pick in fit.picks}
+        for c in range(len(channels))
+    ]
+    # What happened at one time on most channels is looked for there on all.
+    votes = Counter(pick for picks in chosen for pick in picks if pick[0] == "step")
+    common = {pick for pick, count in votes.most_common(1)}
 
     def zoom(number: int) -> None:
-        channels[number].zoom({pick for made in near for pick in made.fits[number].picks})
+        channels[number].zoom(chosen[number] | common)
 
     all_at_once(zoom, range(len(channels)), len(channels[0].residual))
     fine = _models(channels, known)

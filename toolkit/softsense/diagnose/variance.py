@@ -17,6 +17,8 @@ Floats = NDArray[np.float64]
 # Real and simulated noise differ anyway by up to this factor.
 NOISE_FACTOR = 2.5
 LINE_RATIO = 18.0
+# Lines of two channels are one within this.
+SAME_HZ = 0.05
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
 # Over which a tone keeps its size and phase.
@@ -39,11 +41,14 @@ class Finding:
     what: str
 
 
-def findings(left: Floats, own: Floats, motion: Motion, explained: bool) -> list[Finding]:
+def findings(
+    left: Floats, residual: Floats, own: Floats, motion: Motion, explained: bool
+) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
-    ``explained``: an effect has been taken out, whose form being only nearly right leaves edges
-    and ripples: spikes and lines must then stand out more.
+    ``residual``: the same before anything was explained, where a line that one channel seemed to
+    hear of another is still there. ``explained``: an effect has been taken out, whose form being
+    only nearly right leaves edges and ripples: spikes and lines must then stand out more.
     """
     unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
@@ -68,7 +73,11 @@ def findings(left: Floats, own: Floats, motion: Motion, explained: bool) -> list
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
     if lines:
         frequency = float(np.median(list(lines.values())))
-        result.append(Finding("interference", tuple(lines), frequency, "frequency_hz"))
+        for c in set(range(left.shape[1])) - set(lines):
+            line = _line(_unspiked(residual[:, c]), motion.dt_s, 2.0)
+            if line is not None and abs(line - frequency) < SAME_HZ:
+                lines[c] = line
+        result.append(Finding("interference", tuple(sorted(lines)), frequency, "frequency_hz"))
     if loud:
         result.append(Finding("noise", tuple(loud), max(loud.values()), "rms_codes"))
     return result

@@ -19,21 +19,21 @@ GAINS = np.array([0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.
 
 
 @compiled
-def _foreseen(table: Floats, gain: float) -> Floats:
-    left = np.empty_like(table)
-    level = table[0].copy()
-    for k in range(len(table)):
-        for column in range(table.shape[1]):
-            left[k, column] = table[k, column] - level[column]
-            level[column] += gain * left[k, column]
+def _unforeseen(rows: Floats, gain: float) -> Floats:
+    left = np.empty_like(rows)
+    for row in range(len(rows)):
+        level = rows[row, 0]
+        for k in range(rows.shape[1]):
+            left[row, k] = rows[row, k] - level
+            level += gain * left[row, k]
     return left
 
 
 def innovations(table: Floats, gain: float) -> Floats:
     """Columns (samples, p) less what their past foresees, so scaled that a walk of this ``gain``
     under white noise leaves the noise's variance."""
-    left: Floats = np.sqrt(1.0 - gain) * _foreseen(np.ascontiguousarray(table), gain)
-    return left
+    left: Floats = np.sqrt(1.0 - gain) * _unforeseen(np.ascontiguousarray(table.T), gain)
+    return left.T
 
 
 def likely_gain(signal: Floats, sigma: float) -> float:

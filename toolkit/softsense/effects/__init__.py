@@ -105,13 +105,15 @@ class Reference:
 class Nominal:
     """One channel as a simulator without the effect says it, for the effect to leave its trace in.
 
-    ``codes``: (samples, channels) noiseless nominal codes of all channels; ``channel``: which is
+    ``codes``: (samples, channels) noiseless nominal codes of all channels; ``heard``: what these
+    channels really read, with all their effects; ``channel``: which is
     meant. ``strain``: (samples,) share of the range; ``respond(strain)``: codes that the channel
     would give for another strain. ``start_s``: time of the first sample since the experiment began;
     ``largest``: (samples,) largest strain so far.
     """
 
     codes: Floats
+    heard: Floats
     channel: int
     strain: Floats
     dt_s: float
@@ -169,7 +171,9 @@ class Candidate:
     ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``parallel``: the weights
     have one sign by physics (all parts relax); where they cancel, something else is mimicked.
     ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
-    static curve besides, which other effects could be behind.
+    static curve besides, which other effects could be behind. ``pliable``: it follows whatever is
+    near, also where the effect is an exact equation. ``largest``: weights beyond it are
+    not physical.
     """
 
     columns: Floats
@@ -178,6 +182,8 @@ class Candidate:
     fixed: bool = False
     parallel: bool = False
     curved: bool = False
+    pliable: bool = False
+    largest: float = np.inf
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -25,11 +25,12 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A bow and an S over the converter's range, alone and together."""
     q = np.pi * nominal.u / nominal.full_scale
+    wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
     return [
         Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
-        Candidate(np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0, {}, "wave"),
+        Candidate(wave, {}, "wave", pliable=True),
     ]
 
 

@@ -6,9 +6,8 @@ import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
-# Shares at which a chain of channels that hear each other is looked at, and its length.
-CHAINED = (0.06, 0.15, 0.3)
-REACH = 3
+# The largest share of another channel that still goes by this name.
+MOST = 0.25
 
 
 def simulate(
@@ -34,29 +33,24 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """A share of another channel in place of its own."""
+    """A share of another channel, as it really reads or would without its effects, in place of the
+    own; or a supply that sags, or lifts, with all channels together."""
     result = []
     channels = nominal.codes.shape[1]
-    for amplitude in CHAINED if channels >= REACH else ():
-        # The capacitor keeps what it had, with what that had kept of the channels before.
-        heard = nominal.codes[:, nominal.channel - REACH]
-        for back in range(REACH - 1, 0, -1):
-            own = nominal.codes[:, nominal.channel - back]
-            heard = own + amplitude * (heard - own)
-        source = float((nominal.channel - 1) % channels)
-        result.append(Candidate((heard - nominal.u)[:, None], {"source": source}))
-    for other in range(channels):
-        if other != nominal.channel:
-            column = (nominal.codes[:, other] - nominal.u)[:, None]
-            result.append(Candidate(column, {"source": float(other)}))
-            alone = nominal.codes[:, other] - nominal.reference.rest[other]
-            result.append(Candidate(alone[:, None], {"source": float(other)}))
-    if channels > 1:
-        # A shared supply sags, or lifts, with all channels together.
-        together = nominal.codes.mean(axis=1)
-        result.append(Candidate((together - nominal.u)[:, None], {}, "supply"))
+    # What others really read would say all that channels have in common, were it not for the share.
+    for codes, most in ((nominal.heard, MOST), (nominal.codes, np.inf)) if channels > 1 else ():
+        for other in range(channels):
+            if other != nominal.channel:
+                source = {"source": float(other)}
+                instead = codes[:, other] - nominal.u
+                alone = codes[:, other] - nominal.reference.rest[other]
+                result.append(Candidate(instead[:, None], source, largest=most))
+                result.append(Candidate(alone[:, None], source, largest=most))
+        own = codes[:, nominal.channel] - nominal.u
+        together = codes.mean(axis=1) - own / channels
+        result.append(Candidate((together - nominal.u)[:, None], {}, "supply", largest=most))
         sagging = nominal.u * together / nominal.full_scale
-        result.append(Candidate(sagging[:, None], {}, "supply"))
+        result.append(Candidate(sagging[:, None], {}, "supply", largest=most))
     return result
 
 

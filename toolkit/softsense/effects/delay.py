@@ -10,6 +10,8 @@ from scipy.interpolate import CubicSpline
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 FORMS = ("smooth", "linear")
+# Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
+SKEWED = [(a, b) for a in (0.0, 0.05, 0.2, 0.5) for b in (0.0, 0.05, 0.2, 0.5) if a != b]
 
 
 def simulate(
@@ -44,16 +46,23 @@ def explain(nominal: Nominal) -> list[Candidate]:
     delays = np.geomspace(0.01, 1.0, 27)
     slope = np.gradient(nominal.u) / nominal.dt_s
     skew = np.stack([-slope, -slope * nominal.time_s / 400.0], axis=1)
+    ends = [(sign * late, sign * later) for sign in (1.0, -1.0) for late, later in SKEWED]
     return [
         *_traces(nominal, np.concatenate([-delays, delays]), ("smooth",)),
+        *_skewed(nominal, ends),
         Candidate(skew, {}, "skew"),
     ]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one offset; a skewed clock has nothing to look closer at."""
+    """The same around one offset, or around those at the beginning and the end."""
     if "delay_s" not in values:
         return []
+    if "skew" in values:
+        first = values["delay_s"]
+        last = first + values["skew"] * nominal.reference.duration_s
+        reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
+        return _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
     return _traces(nominal, values["delay_s"] * np.geomspace(0.8, 1.25, 15), FORMS)
 
 
@@ -70,6 +79,22 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
         for form in forms:
             moved = _shifted(u, pieces[form], delay_s / nominal.dt_s)
             result.append(Candidate((moved - u)[:, None], values, form, fixed=True))
+    return result
+
+
+def _skewed(nominal: Nominal, ends_s: list[tuple[float, float]]) -> list[Candidate]:
+    """Delays that go from one to another over the time of the reference."""
+    u, reference = nominal.u, nominal.reference
+    now = np.arange(len(u), dtype=np.float64)
+    result = []
+    for first, last in ends_s:
+        skew = (last - first) / reference.duration_s
+        late = first + skew * (nominal.time_s - reference.start_s)
+        at = np.clip(now - late / nominal.dt_s, 0.0, len(u) - 1.0)
+        below = np.minimum(at.astype(np.intp), len(u) - 2)
+        moved = u[below] + (at - below) * (u[below + 1] - u[below])
+        values = {"delay_s": float(first), "skew": float(skew)}
+        result.append(Candidate((moved - u)[:, None], values, "skewed", fixed=True))
     return result
 
 

@@ -107,6 +107,35 @@ def _preisach(base: Floats) -> Floats:
     return np.concatenate([*powers, *static], axis=1)
 
 
+@compiled
+def _along(base: Floats, way: Floats, pull: float) -> Floats:
+    """Each column of ``base`` (samples, p) through a low-pass of the first order whose time is the
+    ``way`` (samples,) that was gone, with ``pull`` its rate."""
+    output = np.empty_like(base)
+    output[0] = base[0]
+    for k in range(1, len(base)):
+        ratio = pull * way[k]
+        kept = exp(-ratio)
+        share = (1.0 - kept) / ratio if ratio > 1e-9 else 1.0
+        for c in range(base.shape[1]):
+            fresh = (1.0 - share) * base[k, c] + (share - kept) * base[k - 1, c]
+            output[k, c] = kept * output[k - 1, c] + fresh
+    return output
+
+
+def _duhem(base: Floats, pull: float) -> Floats:
+    """(samples, columns) of dz = pull |dx| (f(x) - z) + g |dx|, f any cubic and z(0) any.
+
+    Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986): what the branches are drawn to is a curve.
+    """
+    way = np.abs(np.diff(base, prepend=base[0]))
+    middle = base.mean()
+    powers = np.stack([(base - middle) ** k for k in (1, 2, 3)], axis=1)
+    begun = -np.expm1(-pull * np.cumsum(way))
+    slow = _along(powers, way, pull) - powers
+    return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)
+
+
 def explain(nominal: Nominal) -> list[Candidate]:
     """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays."""
     sharp: dict[str, list[Floats]] = {"prandtl-ishlinskii": [], "short": [], "dahl": []}
@@ -128,6 +157,10 @@ def explain(nominal: Nominal) -> list[Candidate]:
         result += [Candidate(columns, {}, name) for columns in (*made, np.concatenate(made, 1))]
     for base in (nominal.share, nominal.strain):
         result.append(Candidate(_preisach(base) * nominal.span, {}, "preisach", curved=True))
+        for pull in (2.5, 5.0, 10.0, 20.0):
+            columns = _duhem(base, pull) * nominal.span
+            result.append(Candidate(columns[:, :4], {"pull": pull}, "duhem"))
+            result.append(Candidate(columns, {"pull": pull}, "duhem", curved=True))
     for played, slipped in zip(sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True):
         mixed = np.concatenate([played, slipped], axis=1)
         result.append(Candidate(mixed, {}, "prandtl-ishlinskii and dahl"))

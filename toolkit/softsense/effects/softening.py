@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.special import erf
 
@@ -26,6 +28,43 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """Functions of the largest strain so far and of the distance below it."""
+    return _bends(nominal) + _laws(nominal, np.array([0.05, 0.2, 0.8]), np.array([0.0, 0.3, 1.0]))
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The laws of softening around one width; what has none, nothing closer."""
+    if "width" not in values:
+        return _bends(nominal)
+    grows = values["grows"]
+    return _laws(
+        nominal,
+        values["width"] * np.array([0.4, 0.63, 1.0, 1.6, 2.5]),
+        np.array([0.0, 0.15]) if not grows else grows * np.array([0.5, 1.0, 2.0]),
+    )
+
+
+def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
+    """Ogden and Roxburgh's erf of the energy, whose width may grow with the largest energy, and
+    an exponential of the distance; in proportion to signal, strain, or a mixture."""
+    energy, top = np.maximum(nominal.strain, 0.0) ** 2, np.maximum(nominal.largest, 0.0) ** 2
+    below = nominal.largest - nominal.strain
+    laws = [
+        ("ogden-roxburgh", width, grows, erf((top - energy) / (width + grows * top)))
+        for width in widths
+        for grows in growths
+    ]
+    laws += [("exponential", width, 0.0, -np.expm1(-below / width)) for width in widths]
+    result = []
+    for form, width, grows, law in laws:
+        values = {"width": float(width), "grows": float(grows)}
+        soft = law * nominal.span
+        parts = [soft * nominal.share, soft * nominal.strain, soft * nominal.largest]
+        result += [Candidate(part[:, None], values, form) for part in parts]
+        result.append(Candidate(np.stack([*parts[:2], soft], axis=1), values, form))
+    return result
+
+
+def _bends(nominal: Nominal) -> list[Candidate]:
     below = nominal.largest - nominal.strain
     bends = [below, below * nominal.largest, below**2, below * nominal.strain]
     deep = [np.minimum(below / (0.1 + 0.9 * nominal.largest), 1.0), nominal.largest * nominal.share]
@@ -54,5 +93,6 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("exponential", "ogden_roxburgh"),
 )

@@ -9,6 +9,7 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 GRID = 65
+HEALING_S = np.array([3.0, 10.0, 20.0, 40.0, 80.0, 160.0])
 
 
 def simulate(
@@ -28,16 +29,16 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """From an instant on another offset and gain, or an offset that heals in part."""
     reference = nominal.reference
     onsets_s = reference.start_s + np.linspace(0.02, 0.98, GRID) * reference.duration_s
-    return _traces(nominal, onsets_s) + _healing(nominal, onsets_s[::2], np.array([40.0]))
+    return _traces(nominal, onsets_s) + _healing(nominal, onsets_s[::2], HEALING_S[3:4])
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same at instants near one: a grid step to either side."""
     reach = nominal.reference.duration_s / GRID
-    if "tau_s" in values:
-        near_s = values["onset_s"] + np.linspace(-reach, reach, 21)
-        return _healing(nominal, near_s, values["tau_s"] * np.array([0.25, 0.5, 1.0, 2.0, 4.0]))
-    return _traces(nominal, values["onset_s"] + np.linspace(-0.5 * reach, 0.5 * reach, 21))
+    # Where healing was looked for, the grid is twice as coarse.
+    wide = 1.0 if "tau_s" in values else 0.5
+    near_s = values["onset_s"] + np.linspace(-wide * reach, wide * reach, 21)
+    return _traces(nominal, near_s) + _healing(nominal, near_s, HEALING_S)
 
 
 def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
