@@ -261,6 +261,14 @@ def test_an_effect_withheld_from_the_catalogue_is_not_named() -> None:
     assert "delay" not in diagnose(*pair, without=("delay",)).effects
 
 
+def test_a_noise_without_its_name_is_unknown() -> None:
+    x, codes = clean(3)
+    loud = codes + 8.0 * np.random.default_rng(4).normal(size=codes.shape)
+    result = diagnose(recorded(x, codes, 1), recorded(x, loud, 2), without=("noise",))
+    assert result.effects == ()
+    assert result.data["unexplained"]["unknown_effect"]
+
+
 def test_the_labelled_examples(shared: Path) -> None:
     truth = json.loads((shared / "gapcases" / "truth.json").read_text())
     for name, case in truth.items():

@@ -30,6 +30,7 @@ EFFECT_PRICE = 0.25
 # That is for what the nominal signal may be wrong by, not for chance: where the real noise is far
 # louder than the simulated one (by more than this factor of power), less.
 LOUD = 4.0
+LEAST_GUARD = 0.15
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
@@ -79,7 +80,7 @@ class Channel:
         that is more than noise (its random walks, its spikes), as much is no gap.
         """
         square = float(np.mean(residual**2))
-        self.guard = min(1.0, LOUD * own / sigma**2)
+        self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
         self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))

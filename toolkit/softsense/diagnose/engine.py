@@ -152,6 +152,7 @@ def diagnose(
     found = variance.findings(
         _left(channels, models[0]), residual, sim.codes - smooth, motion, bool(models[0].names)
     )
+    nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     clean = variance.cleaned(residual, found, motion)
     if clean is not residual:
@@ -160,7 +161,7 @@ def diagnose(
         models = _searched(channels, known)
     from softsense.diagnose.telling import tell
 
-    return tell(sim, real, motion, smooth, channels, models, found, seed)
+    return tell(sim, real, motion, smooth, channels, models, found, nameless, seed)
 
 
 def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:

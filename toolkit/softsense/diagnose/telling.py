@@ -36,7 +36,9 @@ SIMILAR = 0.01
 # A gap of this many noise variances per sample of a channel, of which so much is left, is unknown.
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
-# Where even two effects leave so much of it, something is there besides, or in their place.
+# Where an effect leaves so much of it, and where even two do, something is there besides, or in
+# their place.
+REMAINING_ALONE = 0.06
 REMAINING_SHARE = 0.015
 # Above this share of one common walk, the walks of several channels have one cause. Independent
 # ones reach .93 of three channels, and .97 of two, once in a thousand.
@@ -83,9 +85,13 @@ def tell(
     channels: Sequence[Channel],
     models: Sequence[Model],
     found: Sequence[Finding],
+    nameless: bool,
     seed: int,
 ) -> engine.Diagnosis:
-    """Put the cheapest of ``models`` into words and numbers; the others are its rivals."""
+    """Put the cheapest of ``models`` into words and numbers; the others are its rivals.
+
+    ``nameless``: something without a mean was found beside ``found``, which shall not be known.
+    """
     jerky = _jerky(channels, models[0])
     if (jerky and len(models[0].names) > 1) or _driven(channels, models[0], motion):
         # What another effect leaves over, its form being only nearly right, is no walk.
@@ -113,11 +119,15 @@ def tell(
     edges = {finding.name for finding in found} <= {"spikes"}
     jumps = jerky and edges
     unknown = jumps or ((not found or (edges and bool(best.names))) and _unknown(channels, best))
+    unknown = unknown or (nameless and not best.names and not found)
     if unknown:
         best, found = replace(best, names=frozenset()), []
     if not best.names:
         change = np.zeros_like(change)
-    remains = len(best.names - {WALK}) > 1 and _left_share(channels, best) > REMAINING_SHARE
+    several = len(best.names - {WALK}) > 1
+    much = REMAINING_SHARE if several else REMAINING_ALONE
+    # How loud an uneven noise is, and so what is left beyond it, is known only roughly.
+    remains = bool(best.names) and (several or not found) and _left_share(channels, best) > much
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
