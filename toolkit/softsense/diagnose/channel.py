@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose.design import Design, Entry, Fit, Pick
-from softsense.diagnose.nominal import history_basis
 from softsense.diagnose.walk import innovations, likely_gain
-from softsense.effects import STAGES, Candidate, Nominal, all_effects
+from softsense.effects import STAGES, Candidate, Effect, Nominal, all_effects
 
 Floats = NDArray[np.float64]
 Item = TypeVar("Item")
@@ -73,11 +72,13 @@ class Channel:
         static: Floats,
         known: Sequence[str],
         own: float,
+        history: Floats,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
-        ``own``: mean square of what the simulation itself has beside its nominal signal. Where
-        that is more than noise (its random walks, its spikes), as much is no gap.
+        ``own``: mean square of what the simulation itself has beside its nominal signal. Where that
+        is more than noise (its random walks, its spikes), as much is no gap. ``history``: the
+        ``history_basis`` of the motion.
         """
         square = float(np.mean(residual**2))
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
@@ -89,15 +90,28 @@ class Channel:
         # there when another, at work beside it, asks the same.
         first = 4 * nominal.channel % max(len(known), 1)
         for name in (*known[first:], *known[:first]):
-            explain = all_effects()[name].explain
-            made = explain(nominal) if explain is not None else []
+            effect = all_effects()[name]
+            made = effect.explain(self._asked(effect, nominal)) if effect.explain else []
             found[name] = [self._entry(candidate, k) for k, candidate in enumerate(made)]
-        self.gain = self._first_gain()
+        self.gain = self._first_gain(history[self._thin])
         self._take(found)
 
-    def _first_gain(self) -> float:
+    def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
+        """``nominal`` for traces of the samples that the search looks at."""
+        thin = self._thin
+        if thin.step == 1 or not effect.memoryless:
+            return replace(nominal, keep=thin)
+        return replace(
+            nominal,
+            codes=nominal.codes[thin],
+            heard=nominal.heard[thin],
+            strain=nominal.strain[thin],
+            largest=nominal.largest[thin],
+            dt_s=nominal.dt_s * thin.step,
+        )
+
+    def _first_gain(self, history: Floats) -> float:
         """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""
-        history = history_basis(self.nominal.strain, self.nominal.dt_s)[self._thin]
         residual = self.residual[self._thin]
         gain = likely_gain(residual, self.sigma)
         for _ in range(2):
@@ -121,7 +135,7 @@ class Channel:
         self, candidate: Candidate, number: int, near: Mapping[str, float] | None = None
     ) -> Entry:
         columns = candidate.columns
-        if self._thin.step > 1:
+        if len(columns) == len(self.residual) and self._thin.step > 1:
             # A copy, so that the whole is not kept.
             columns = columns[self._thin].copy()
         return Entry((), replace(candidate, columns=columns), number, near)
@@ -156,8 +170,8 @@ class Channel:
         chosen = set(chosen)
         found: dict[str, list[Entry]] = {}
         for name, entries in self.entries.items():
-            zoom = all_effects()[name].zoom
-            if zoom is None:
+            effect = all_effects()[name]
+            if effect.zoom is None:
                 found[name] = entries
                 continue
             numbers = {number for other, number in chosen if other == name}
@@ -165,7 +179,7 @@ class Channel:
             kept = [entries[number] for number in sorted(numbers)]
             found[name] = [*kept]
             for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
-                made = zoom(self.nominal, dict(near))
+                made = effect.zoom(self._asked(effect, self.nominal), dict(near))
                 found[name] += [self._entry(c, k, dict(near)) for k, c in enumerate(made)]
         self.gain = self._better_gain()
         self._take(found)
@@ -226,11 +240,11 @@ class Channel:
     def _upon(self, nominal: Nominal, name: str, number: int) -> list[Entry]:
         """A candidate and what is close to it, of a changed nominal signal."""
         entry, effect = self.entries[name][number], all_effects()[name]
-        again = explained(nominal, name, entry.number, entry.near)
+        again = explained(self._asked(effect, nominal), name, entry.number, entry.near)
         result = [replace(self._entry(again, entry.number, entry.near), nominal=nominal)]
         if effect.zoom is not None:
             near = dict(entry.candidate.values)
-            for k, candidate in enumerate(effect.zoom(nominal, near)):
+            for k, candidate in enumerate(effect.zoom(self._asked(effect, nominal), near)):
                 result.append(replace(self._entry(candidate, k, near), nominal=nominal))
         return result
 

@@ -23,6 +23,7 @@ from softsense.diagnose.channel import WALK, Channel, all_at_once, explained
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
+    history_basis,
     motion_of,
     noise_rms,
     nominals,
@@ -325,10 +326,11 @@ def _channels(
 ) -> list[Channel]:
     sigma, curve = noise_rms(residual), _curve(motion)
     made = nominals(smooth, smooth + residual, motion, bits, reference_of(smooth, motion))
+    history = history_basis(motion.strain, motion.dt_s)
 
     def channel(number: int) -> Channel:
         level, square = float(sigma[number]), float(own[number])
-        return Channel(made[number], residual[:, number], level, curve, known, square)
+        return Channel(made[number], residual[:, number], level, curve, known, square, history)
 
     return all_at_once(channel, range(len(made)), len(residual))
 

@@ -14,6 +14,7 @@ from softsense.effects.operators import low_pass, play
 
 Floats = NDArray[np.float64]
 KNOTS = 16
+ALL = slice(None)
 # Weights of the average over two thirds of a second, and the share of white noise that it keeps.
 AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
 AVERAGED_NOISE = float((AVERAGE**2).sum())
@@ -94,25 +95,25 @@ def history_basis(x: Floats, dt_s: float) -> Floats:
     return np.concatenate([spline_basis(x), *history_parts(x, dt_s)], axis=1)
 
 
-def history_parts(x: Floats, dt_s: float) -> list[Floats]:
+def history_parts(x: Floats, dt_s: float, keep: slice = ALL) -> list[Floats]:
     """``history_basis`` behind its static curve, mechanism by mechanism."""
-    return [*history_groups(x, dt_s).values(), np.maximum.accumulate(x)[:, None]]
+    return [*history_groups(x, dt_s, keep).values(), np.maximum.accumulate(x)[keep, None]]
 
 
-def history_groups(x: Floats, dt_s: float) -> dict[str, Floats]:
-    """(samples, columns) by mechanism: relaxing parts, play, and the filtered rate."""
+def history_groups(x: Floats, dt_s: float, keep: slice = ALL) -> dict[str, Floats]:
+    """(kept samples, columns) by mechanism: relaxing parts, play, and the filtered rate."""
     taus = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
     relaxing = [
-        low_pass(signal[:, None], dt_s, np.array([tau]), None)[0]
+        low_pass(signal[:, None], dt_s, np.array([tau]), None)[0][keep]
         for signal in (x, x**2)
         for tau in taus
     ]
     widths = np.array([0.03, 0.1, 0.3, 0.6])
     speed = np.abs(np.gradient(x))[:, None] / dt_s
-    broken = [low_pass(speed, dt_s, np.array([tau]), None)[0] for tau in (0.1, 0.5, 2.0)]
+    broken = [low_pass(speed, dt_s, np.array([tau]), None)[0][keep] for tau in (0.1, 0.5, 2.0)]
     return {
         "relaxation": np.concatenate(relaxing, axis=1),
-        "hysteresis": play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0])),
+        "hysteresis": play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0]))[keep],
         "overshoot": np.concatenate(broken, axis=1),
     }
 
@@ -153,27 +154,27 @@ def nominals(
 ) -> list[Nominal]:
     """One ``Nominal`` per channel of noiseless ``codes``, which read ``heard`` in truth."""
     weights = history_weights(codes, motion)
-    known: dict[bytes, Floats] = {}
+    known: dict[tuple[bytes, int | None], Floats] = {}
     curve = BSpline(_knots(KNOTS), weights[: KNOTS + 2], 3)
 
-    def said_of(strain: Floats) -> Floats:
+    def said_of(strain: Floats, keep: slice) -> Floats:
         """``history_basis`` times its weights, without the table of the splines."""
-        said: Floats = curve(np.clip(strain, 0.0, 1.0 - 1e-12))
+        said: Floats = curve(np.clip(strain[keep], 0.0, 1.0 - 1e-12))
         at = KNOTS + 2
-        for part in history_parts(strain, motion.dt_s):
+        for part in history_parts(strain, motion.dt_s, keep):
             said += part @ weights[at : at + part.shape[1]]
             at += part.shape[1]
         return said
 
-    def all_channels(strain: Floats) -> Floats:
+    def all_channels(strain: Floats, keep: slice) -> Floats:
         # Channels ask for the same strains one after the other.
-        key = strain.tobytes()
+        key = strain.tobytes(), keep.step
         if key not in known:
-            known[key] = said_of(strain)
+            known[key] = said_of(strain, keep)
         return known[key]
 
-    def respond_of(channel: int) -> Callable[[Floats], Floats]:
-        return lambda strain: all_channels(strain)[:, channel]
+    def respond_of(channel: int) -> Callable[[Floats, slice], Floats]:
+        return lambda strain, keep: all_channels(strain, keep)[:, channel]
 
     return [
         Nominal(

@@ -106,10 +106,11 @@ class Nominal:
     """One channel as a simulator without the effect says it, for the effect to leave its trace in.
 
     ``codes``: (samples, channels) noiseless nominal codes of all channels; ``heard``: what these
-    channels really read, with all their effects; ``channel``: which is
-    meant. ``strain``: (samples,) share of the range; ``respond(strain)``: codes that the channel
-    would give for another strain. ``start_s``: time of the first sample since the experiment began;
-    ``largest``: (samples,) largest strain so far.
+    channels really read, with all their effects; ``channel``: which is meant. ``strain``:
+    (samples,) share of the range; ``respond(strain, keep)``: codes that the channel would give for
+    another strain, at the samples ``keep``. ``start_s``: time of the first sample since the
+    experiment began; ``largest``: (samples,) largest strain so far. ``keep``: the samples that
+    traces are asked for; an effect may give them for all.
     """
 
     codes: Floats
@@ -117,12 +118,13 @@ class Nominal:
     channel: int
     strain: Floats
     dt_s: float
-    respond: Callable[[Floats], Floats]
+    respond: Callable[[Floats, slice], Floats]
     largest: Floats
     reference: Reference
     start_s: float = 0.0
     temp_c: Floats | None = None
     full_scale: float = 4095.0
+    keep: slice = field(default_factory=lambda: slice(None))
 
     @property
     def u(self) -> Floats:
@@ -199,6 +201,7 @@ class Effect:
     ``simulate(u, context, values, form, state)`` returns the changed signal and the state after
     it; ``values`` holds (channels,) or (channels, parts) for every parameter. Call ``apply``,
     which fills in defaults. ``exact``: the equation is what happens, not a model of a material.
+    ``memoryless``: its traces at an instant follow from the nominal signals at that instant.
     """
 
     name: str
@@ -214,6 +217,7 @@ class Effect:
     # As ``explain``, on a fine grid around a candidate's ``values``.
     zoom: Zoom | None = None
     exact: bool = False
+    memoryless: bool = False
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

@@ -50,4 +50,5 @@ EFFECT = Effect(
     explain=explain,
     forms=("bow", "s_shape", "missing_codes"),
     exact=True,
+    memoryless=True,
 )

@@ -32,12 +32,12 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
-    moved = nominal.respond(nominal.strain)
+    moved = nominal.respond(nominal.strain, nominal.keep)
     result = []
     for width in widths:
         played = play(nominal.strain[:, None], np.array([width]), nominal.strain[:1].copy())[:, 0]
         values = {"width": float(width)}
-        column = (nominal.respond(played) - moved)[:, None]
+        column = (nominal.respond(played, nominal.keep) - moved)[:, None]
         result.append(Candidate(column, values, "play", fixed=True))
     return result
 

@@ -69,4 +69,5 @@ EFFECT = Effect(
     explain=explain,
     forms=("scan", "supply"),
     exact=True,
+    memoryless=True,
 )

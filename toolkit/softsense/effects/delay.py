@@ -78,23 +78,25 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
         values = {"delay_s": float(delay_s)}
         for form in forms:
             moved = _shifted(u, pieces[form], delay_s / nominal.dt_s)
-            result.append(Candidate((moved - u)[:, None], values, form, fixed=True))
+            column = (moved - u)[nominal.keep, None]
+            result.append(Candidate(column.copy(), values, form, fixed=True))
     return result
 
 
 def _skewed(nominal: Nominal, ends_s: list[tuple[float, float]]) -> list[Candidate]:
     """Delays that go from one to another over the time of the reference."""
     u, reference = nominal.u, nominal.reference
-    now = np.arange(len(u), dtype=np.float64)
+    now = np.arange(len(u), dtype=np.float64)[nominal.keep]
+    since_s, u_now = nominal.time_s[nominal.keep] - reference.start_s, u[nominal.keep]
     result = []
     for first, last in ends_s:
         skew = (last - first) / reference.duration_s
-        late = first + skew * (nominal.time_s - reference.start_s)
+        late = first + skew * since_s
         at = np.clip(now - late / nominal.dt_s, 0.0, len(u) - 1.0)
         below = np.minimum(at.astype(np.intp), len(u) - 2)
         moved = u[below] + (at - below) * (u[below + 1] - u[below])
         values = {"delay_s": float(first), "skew": float(skew)}
-        result.append(Candidate((moved - u)[:, None], values, "skewed", fixed=True))
+        result.append(Candidate((moved - u_now)[:, None], values, "skewed", fixed=True))
     return result
 
 

@@ -72,4 +72,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     forms=("log", "exponential", "power"),
+    memoryless=True,
 )

@@ -92,18 +92,19 @@ def simulate(
     return u + values["amplitude"] * z, {"last": last, "memory": memory}
 
 
-def _preisach(base: Floats) -> Floats:
-    """(samples, columns) that a plane of relays can make of ``base`` (samples,).
+def _preisach(base: Floats, keep: slice) -> Floats:
+    """(kept samples, columns) that a plane of relays can make of ``base`` (samples,).
 
     Relays of one width switch where a play of half that width passes their middles, so a plane of
     them is a sum of curves of plays (Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis).
     """
     widths = np.array([0.05, 0.12, 0.25, 0.45])
     signal = np.repeat(base[:, None], len(widths), axis=1)
-    played = play(signal, widths, signal[0].copy())
+    played = play(signal, widths, signal[0].copy())[keep]
     middle = base.mean()
-    powers = [(played - middle) ** k - (signal - middle) ** k for k in (1, 2, 3)]
-    static = [(base - middle)[:, None] ** k - (base[0] - middle) ** k for k in (1, 2, 3)]
+    here = (base[keep] - middle)[:, None]
+    powers = [(played - middle) ** k - here**k for k in (1, 2, 3)]
+    static = [here**k - (base[0] - middle) ** k for k in (1, 2, 3)]
     return np.concatenate([*powers, *static], axis=1)
 
 
@@ -130,7 +131,8 @@ def _duhem(base: Floats, pull: float) -> Floats:
     """
     way = np.abs(np.diff(base, prepend=base[0]))
     middle = base.mean()
-    powers = np.stack([(base - middle) ** k for k in (1, 2, 3)], axis=1)
+    around = base - middle
+    powers = np.stack([around, around * around, around * around * around], axis=1)
     begun = -np.expm1(-pull * np.cumsum(way))
     slow = _along(powers, way, pull) - powers
     return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)
@@ -146,19 +148,21 @@ def explain(nominal: Nominal) -> list[Candidate]:
         ):
             signal = np.repeat(base[:, None], len(widths), axis=1)
             played = play(signal, np.array(widths), signal[0].copy())
-            sharp[form].append((played - signal) * nominal.span)
+            sharp[form].append((played - signal)[nominal.keep] * nominal.span)
         ways = np.array([0.03, 0.07, 0.15, 0.3, 0.6])
         signal = np.repeat(base[:, None], len(ways), axis=1)
         memory = np.zeros((len(ways), 1))
-        sharp["dahl"].append(_bouc_wen(signal, ways, 1.0, signal[0].copy(), memory) * nominal.span)
+        slipped = _bouc_wen(signal, ways, 1.0, signal[0].copy(), memory)
+        sharp["dahl"].append(slipped[nominal.keep] * nominal.span)
     result = []
     for form, made in sharp.items():
         name = "prandtl-ishlinskii" if form == "short" else form
         result += [Candidate(columns, {}, name) for columns in (*made, np.concatenate(made, 1))]
     for base in (nominal.share, nominal.strain):
-        result.append(Candidate(_preisach(base) * nominal.span, {}, "preisach", curved=True))
+        relays = _preisach(base, nominal.keep) * nominal.span
+        result.append(Candidate(relays, {}, "preisach", curved=True))
         for pull in (2.5, 5.0, 10.0, 20.0):
-            columns = _duhem(base, pull) * nominal.span
+            columns = _duhem(base, pull)[nominal.keep] * nominal.span
             result.append(Candidate(columns[:, :4], {"pull": pull}, "duhem"))
             result.append(Candidate(columns, {"pull": pull}, "duhem", curved=True))
     for played, slipped in zip(sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True):

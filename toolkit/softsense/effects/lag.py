@@ -48,7 +48,8 @@ def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
             (2, "digital", _smoothed(digital, kept)),
         ):
             values = {"tau_s": float(tau_s), "poles": float(poles)}
-            result.append(Candidate((y - nominal.u)[:, None], values, form, fixed=True))
+            column = (y - nominal.u)[nominal.keep, None]
+            result.append(Candidate(column.copy(), values, form, fixed=True))
     return result
 
 

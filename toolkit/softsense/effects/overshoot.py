@@ -25,13 +25,14 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """Filtered magnitude of the strain rate, alone and times the signal: even in direction."""
     result = []
+    share = nominal.share[nominal.keep]
     for power in (0.5, 0.75, 1.0):
         speed = (np.abs(nominal.rate) ** power)[:, None]
         parts = {}
         for tau_s in (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0):
-            y = low_pass(speed, nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+            y = low_pass(speed, nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep, 0]
             y = y * nominal.span
-            parts[tau_s] = np.stack([y, y * nominal.share], axis=1)
+            parts[tau_s] = np.stack([y, y * share], axis=1)
             result.append(Candidate(parts[tau_s], {"tau_s": tau_s}))
         # A network that forms again at several rates.
         for ladder in ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0)):

@@ -59,4 +59,5 @@ EFFECT = Effect(
     zoom=zoom,
     forms=("hard", "soft"),
     exact=True,
+    memoryless=True,
 )

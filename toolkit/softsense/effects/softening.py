@@ -95,4 +95,5 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     forms=("exponential", "ogden_roxburgh"),
+    memoryless=True,
 )

@@ -80,4 +80,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
+    memoryless=True,
 )
