@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
-from hashlib import blake2b
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+from threadpoolctl import threadpool_limits
 
 from softsense.diagnose.design import Design, Entry, Fit, Pick
 from softsense.diagnose.walk import innovations, likely_gain
@@ -145,13 +145,13 @@ class Channel:
         static = self.static[self._thin]
         columns = [np.ones(len(static)), *static.T]
         begin = len(columns)
-        places: dict[bytes, int] = {}
+        places: dict[int, int] = {}
         self.entries: dict[str, list[Entry]] = {}
         for name, entries in found.items():
             for entry in entries:
                 at = []
                 for column in entry.candidate.columns.T:
-                    key = blake2b(column.tobytes(), digest_size=16).digest()
+                    key = hash(column.tobytes())
                     if key not in places:
                         places[key] = begin + len(places)
                         columns.append(column)
@@ -498,13 +498,12 @@ class Channel:
         return result
 
 
-def all_at_once(
-    work: Callable[[Item], Result], items: Sequence[Item], samples: int
-) -> list[Result]:
-    """``work`` on every channel: long recordings' filters run on all cores."""
-    if samples <= SEARCHED:
-        return [work(item) for item in items]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+def all_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
+    """``work`` on every channel, on all cores: filters and products of matrices let go of Python."""
+    with (
+        threadpool_limits(limits=1, user_api="blas"),
+        ThreadPoolExecutor(os.cpu_count()) as pool,
+    ):
         return list(pool.map(work, items))
 
 

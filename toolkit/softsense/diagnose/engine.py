@@ -332,7 +332,7 @@ def _channels(
         level, square = float(sigma[number]), float(own[number])
         return Channel(made[number], residual[:, number], level, curve, known, square, history)
 
-    return all_at_once(channel, range(len(made)), len(residual))
+    return all_at_once(channel, range(len(made)))
 
 
 def _left(channels: Sequence[Channel], best: Model) -> Floats:

@@ -99,7 +99,7 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     def zoom(number: int) -> None:
         channels[number].zoom(chosen[number] | common)
 
-    all_at_once(zoom, range(len(channels)), len(channels[0].residual))
+    all_at_once(zoom, range(len(channels)))
     fine = _models(channels, known)
     pairs = [made for made in fine if len(made.names) > 1]
     # A walk follows what a composition would say.

@@ -21,8 +21,13 @@ LINE_RATIO = 18.0
 SAME_HZ = 0.05
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
+# Of the samples that are half as far as a spike is, so many must be spikes.
+SPIKE_PART = 0.15
 # Over which a tone keeps its size and phase.
 TONE_S = 20.0
+HARMONICS = 5
+# What comes and goes faster is left in part: so often is the rest looked at again.
+TWICING = 4
 # Excess kurtosis of the moves of a walk.
 JERKY = 4.0
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
@@ -60,7 +65,7 @@ def findings(
         line = _line(_unspiked(rest), motion.dt_s, 2.0 if explained else 0.28)
         if line is not None:
             lines[c] = line
-            rest = rest - _tone(rest, line, motion.dt_s)
+            rest = _toneless(rest, line, motion.dt_s)
         if _spikes(rest).sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
@@ -94,7 +99,8 @@ def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
         for c in finding.channels:
             rest = _unspiked(clean[:, c])
             if finding.name == "interference":
-                rest = clean[:, c] - _tone(rest, finding.value, motion.dt_s)
+                spikes = clean[:, c] - rest
+                rest = _toneless(rest, finding.value, motion.dt_s) + spikes
             clean[:, c] = rest
     return clean
 
@@ -122,11 +128,29 @@ def _tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
     return tone
 
 
+def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
+    """``signal`` without the tone of ``frequency`` (Hz), and without its harmonics, which fold."""
+    rest = signal
+    for _ in range(TWICING):
+        rest = rest - _tone(rest, frequency, dt_s)
+    for harmonic in range(2, HARMONICS + 1):
+        folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
+        # What is as slow as the window is no tone.
+        if folded > 4.0 / TONE_S:
+            rest = rest - _tone(rest, folded, dt_s)
+    return rest
+
+
 def _spikes(left: Floats) -> NDArray[np.bool_]:
-    """(samples,) whether a sample is far from its neighbours, in units of the local noise."""
-    fast = left - np.convolve(left, np.ones(5) / 5, "same")
-    scale = 1.4826 * float(np.median(np.abs(fast))) + 1e-9
-    hit: NDArray[np.bool_] = np.abs(fast) > SPIKE_SIGMA * max(scale, 0.5)
+    """(samples,) whether a sample is far from its neighbours, in units of the local noise.
+
+    None where many more are half as far: that is noise with heavy tails.
+    """
+    fast = np.abs(left - np.convolve(left, np.ones(5) / 5, "same"))
+    scale = max(1.4826 * float(np.median(fast)), 0.5)
+    hit: NDArray[np.bool_] = fast > SPIKE_SIGMA * scale
+    if hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
+        hit[:] = False
     return hit
 
 

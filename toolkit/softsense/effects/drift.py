@@ -51,8 +51,12 @@ def explain(nominal: Nominal) -> list[Candidate]:
         for (form, values, _), law in zip(laws, scaled, strict=True)
         for by_signal in (0.0, -0.3, 0.4)
     ]
-    mixed = [scaled[number] for number in (2, 7, 13)]
-    return [*result, Candidate(np.stack(mixed, axis=1), {}, "mixed")]
+    for tau_s in (4.0, 15.0, 60.0, 200.0):
+        for law in (t / (t + tau_s), 1.0 - 1.0 / np.sqrt(1.0 + t / tau_s)):
+            column = (law * nominal.span)[:, None]
+            result.append(Candidate(column, {"tau_s": tau_s}, "hyperbolic"))
+    mixed = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
+    return [*result, Candidate(np.stack(mixed, axis=1) * nominal.span, {}, "mixed")]
 
 
 EFFECT = Effect(

@@ -55,7 +55,12 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(relaxed(float(tau)), {"tau_s": float(tau)}, "prony")
         for tau in np.geomspace(0.6, 150.0, 16)
     ]
-    for ladder in ((1.0, 10.0, 100.0), (0.6, 3.0, 15.0, 75.0), (0.6, 1.5, 4.0, 12.0, 36.0, 120.0)):
+    for ladder in (
+        (1.0, 10.0, 100.0),
+        (0.6, 3.0, 15.0, 75.0),
+        (0.6, 1.5, 4.0, 12.0, 36.0, 120.0),
+        (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
+    ):
         columns = np.concatenate([relaxed(tau) for tau in ladder], axis=1)
         result.append(Candidate(columns, {}, "prony", parallel=True))
     return result

@@ -9,7 +9,7 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 GRID = 65
-HEALING_S = np.array([3.0, 10.0, 20.0, 40.0, 80.0, 160.0])
+HEALING_S = np.array([10.0, 40.0, 160.0])
 
 
 def simulate(
@@ -29,7 +29,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """From an instant on another offset and gain, or an offset that heals in part."""
     reference = nominal.reference
     onsets_s = reference.start_s + np.linspace(0.02, 0.98, GRID) * reference.duration_s
-    return _traces(nominal, onsets_s) + _healing(nominal, onsets_s[::2], HEALING_S[3:4])
+    return _traces(nominal, onsets_s) + _healing(nominal, onsets_s[::2], HEALING_S[1:2])
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
