@@ -186,6 +186,52 @@ def test_a_supply_that_all_channels_pull_down_is_crosstalk() -> None:
     assert result.data["effects"][0]["channels"] == ["s1", "s2"]
 
 
+def test_a_neighbour_is_heard_with_what_it_has() -> None:
+    """What a neighbour's own effect adds goes over with the rest, at the same share."""
+    x, codes = clean(12)
+    hurt = codes.copy()
+    hurt[2400:, 0] += 150.0
+    hurt[:, 1] += 0.12 * (hurt[:, 0] - codes[:, 1])
+    pair = recorded(x, codes, 1), recorded(x, hurt, 2)
+    result = diagnose(*pair)
+    channels = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert channels == {"step": ["s1"], "crosstalk": ["s2"]}
+    again = augment(result, pair[0])
+    assert again.codes.shape == codes.shape
+    assert np.abs(result.augmented[:, 1] - hurt[:, 1]).mean() < 2.0
+
+
+def test_effects_of_other_equations_keep_their_names() -> None:
+    """Ogden-Roxburgh softening, a branch drawn to a curve, and clocks that run apart."""
+    from scipy.special import erf
+
+    x, codes = clean(13)
+    top = np.maximum.accumulate(x)
+    soft = erf((top**2 - x**2) / (0.1 + 0.6 * top**2))
+    drawn = np.zeros(len(x))
+    for k in range(1, len(x)):
+        pull = 6.0 * abs(x[k] - x[k - 1])
+        drawn[k] = drawn[k - 1] + pull * (np.tanh(2.0 * (x[k] - 0.4)) - drawn[k - 1])
+    index = np.arange(len(x))
+    apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
+    for name, made in (
+        ("softening", codes - 20.0 * (soft * x)[:, None]),
+        ("hysteresis", codes + 15.0 * drawn[:, None]),
+        ("delay", apart),
+    ):
+        assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
+
+
+def test_heavy_tails_are_no_spikes_and_harmonics_no_noise() -> None:
+    x, codes = clean(14)
+    rng = np.random.default_rng(3)
+    tails = codes + 7.0 * rng.laplace(size=codes.shape)
+    assert diagnose(recorded(x, codes, 1), recorded(x, tails, 2)).effects == ("noise",)
+    square = 12.0 * np.sign(np.sin(2.0 * np.pi * 2.31 * np.arange(SAMPLES) / RATE_HZ))
+    hummed = codes + square[:, None]
+    assert diagnose(recorded(x, codes, 1), recorded(x, hummed, 2)).effects == ("interference",)
+
+
 @pytest.mark.parametrize(("step", "gain"), [(0.02, 0.02), (0.2, 0.2), (1.0, 0.6)])
 def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> None:
     """The settled gain K of a local level solves K^2 / (1 - K) = (step / noise)^2."""

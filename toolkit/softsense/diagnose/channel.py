@@ -499,7 +499,7 @@ class Channel:
 
 
 def all_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """``work`` on every channel, on all cores: filters and products of matrices let go of Python."""
+    """``work`` on every channel, on all cores: filters and matrix products let go of Python."""
     with (
         threadpool_limits(limits=1, user_api="blas"),
         ThreadPoolExecutor(os.cpu_count()) as pool,

@@ -172,7 +172,7 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
     peak = int(np.argmax(power / floor))
     around = slice(max(peak - 3, 0), peak + 4)
     tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
-    rest = left - _tone(left, float(frequency[peak]), dt_s)
+    rest = _toneless(left, float(frequency[peak]), dt_s)
     noise = float(noise_rms(rest[:, None])[0]) ** 2
     strong = power[peak] / floor[peak] > LINE_RATIO + np.log(len(power)) and tone > least * noise
     return float(frequency[peak]) if strong else None
