@@ -196,9 +196,12 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
     result = diagnose(*pair)
     channels = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
     assert channels == {"step": ["s1"], "crosstalk": ["s2"]}
-    again = augment(result, pair[0])
-    assert again.codes.shape == codes.shape
     assert np.abs(result.augmented[:, 1] - hurt[:, 1]).mean() < 2.0
+    # On the next motion the step is there from the start, and is heard.
+    again = augment(result, pair[0]).codes
+    stepped = codes[:, 0] + 150.0
+    assert np.abs(again[:, 0] - stepped).mean() < 3.0
+    assert np.abs(again[:, 1] - codes[:, 1] - 0.12 * (stepped - codes[:, 1])).mean() < 3.0
 
 
 def test_effects_of_other_equations_keep_their_names() -> None:

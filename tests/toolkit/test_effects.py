@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from softsense import effects
-from softsense.diagnose.nominal import motion_of, nominals, reference_of
+from softsense.diagnose import channel
+from softsense.diagnose.nominal import history_basis, motion_of, nominals, reference_of
 from softsense.effects import Context, all_effects, effect
 from softsense.effects.operators import first_order_hold, low_pass
 from softsense.errors import SoftsenseError
@@ -306,6 +307,26 @@ def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
         smooth = CubicSpline(index, codes[:, 0])(at)
         expected = smooth if candidate.form == "smooth" else np.interp(at, index, codes[:, 0])
         np.testing.assert_allclose(candidate.columns[:, 0], expected - codes[:, 0], atol=1e-9)
+
+
+def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> None:
+    """Filters run before samples are left out, and what is called memoryless has none."""
+    monkeypatch.setattr(channel, "SEARCHED", 500)
+    rng = np.random.default_rng(5)
+    strain = np.convolve(rng.random(2000), np.hanning(60), "same")
+    codes = 1500.0 + 20.0 * strain[:, None] * np.array([1.0, -0.7])
+    motion = motion_of(strain, 0.05, 0.0, 20.0 + np.sin(np.arange(2000) / 300.0))
+    nominal = nominals(codes, codes + 1.0, motion, 12, reference_of(codes, motion))[0]
+    history = history_basis(motion.strain, 0.05)
+    searched = channel.Channel(nominal, rng.normal(size=2000), 1.0, history, (), 1.0, history)
+    for name, one in all_effects().items():
+        if one.explain is None:
+            continue
+        asked = one.explain(searched._asked(one, nominal))
+        for thin, full in zip(asked, one.explain(nominal), strict=True):
+            columns = searched._entry(thin, 0).candidate.columns
+            expected = full.columns[::4]
+            np.testing.assert_allclose(columns, expected, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
 def test_softening_is_nil_on_the_virgin_path_and_grows_below_it() -> None:

@@ -32,7 +32,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, search
 from softsense.diagnose.walk import innovations, likely_gain
-from softsense.effects import all_effects
+from softsense.effects import Nominal, all_effects
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
 from softsense.recording import Recording
@@ -212,20 +212,23 @@ def change_of(diagnosis: Diagnosis, bits: int) -> Floats:
 def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> Floats:
     """Codes (samples, channels) that the diagnosed effects add."""
     change = np.zeros_like(smooth)
+    reference = reference_of(smooth[: len(diagnosis.past.target)], motion)
+    made = nominals(smooth, smooth, motion, bits, reference)
     hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
     for _ in range(HEARINGS if hearing else 1):
-        change = _applied(diagnosis, smooth, smooth + change, motion, bits)
+        heard = smooth + change
+        change = _applied(
+            diagnosis, smooth, motion, [replace(nominal, heard=heard) for nominal in made]
+        )
     return change
 
 
 def _applied(
-    diagnosis: Diagnosis, smooth: Floats, heard: Floats, motion: Motion, bits: int
+    diagnosis: Diagnosis, smooth: Floats, motion: Motion, made: Sequence[Nominal]
 ) -> Floats:
-    """The same where the channels read ``heard``."""
+    """The same with what the channels hear of each other already in the nominal signals."""
     change = np.zeros_like(smooth)
-    seen = slice(0, len(diagnosis.past.target))
-    reference = reference_of(smooth[seen], motion)
-    for channel, nominal in enumerate(nominals(smooth, heard, motion, bits, reference)):
+    for channel, nominal in enumerate(made):
         if diagnosis.static.size and np.any(diagnosis.static[channel]):
             change[:, channel] += _curve(motion) @ diagnosis.static[channel]
         codes, done, stage = smooth.copy(), np.zeros(len(smooth)), ""

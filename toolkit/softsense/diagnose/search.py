@@ -53,11 +53,6 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     names = frozenset(name for fit in fits for name, _ in fit.picks)
     price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
     each = NAME_PRICE * channels[0].samples
-    costs = [
-        each
-        * max(c.guard for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
-        for name in names
-    ]
     gap = sum(channel.excess for channel in channels)
     if WALK in names:
         # How large an effect is, is not seen beside a walk, unless it is slow.
@@ -72,6 +67,11 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     exact = all(channel.exact(fit) for channel, fit in zip(channels, fits, strict=True))
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
     shares = (NAME_SHARE + more * (len(names) - 1)) * gap if names else 0.0
+    costs = [
+        each
+        * max(c.guard for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
+        for name in names
+    ]
     return Model(names, fits, price + sum(costs) + shares)
 
 

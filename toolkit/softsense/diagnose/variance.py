@@ -170,12 +170,13 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
     # The largest of n exponential values is about log n: ask for far more than that, and for a
     # tone that is itself as large as the noise beside it.
     peak = int(np.argmax(power / floor))
+    if power[peak] <= floor[peak] * (LINE_RATIO + np.log(len(power))):
+        return None
     around = slice(max(peak - 3, 0), peak + 4)
     tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
     rest = _toneless(left, float(frequency[peak]), dt_s)
     noise = float(noise_rms(rest[:, None])[0]) ** 2
-    strong = power[peak] / floor[peak] > LINE_RATIO + np.log(len(power)) and tone > least * noise
-    return float(frequency[peak]) if strong else None
+    return float(frequency[peak]) if tone > least * noise else None
 
 
 def _uneven(left: Floats, motion: Motion, factor: float) -> bool:

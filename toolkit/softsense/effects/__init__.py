@@ -174,8 +174,8 @@ class Candidate:
     have one sign by physics (all parts relax); where they cancel, something else is mimicked.
     ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
     static curve besides, which other effects could be behind. ``pliable``: it follows whatever is
-    near, also where the effect is an exact equation. ``largest``: weights beyond it are
-    not physical.
+    near, also where the effect is an exact equation. ``largest``: weights beyond it are not
+    physical.
     """
 
     columns: Floats

@@ -139,7 +139,8 @@ def _duhem(base: Floats, pull: float) -> Floats:
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays."""
+    """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays;
+    branches that are drawn to a curve."""
     sharp: dict[str, list[Floats]] = {"prandtl-ishlinskii": [], "short": [], "dahl": []}
     for base in (nominal.share, nominal.strain):
         for form, widths in (
