@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 4  # family of the held-out half
+LAST = 5  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ def sensors(
         s = s + slow * (low_pass(s, factor["late"] * rng.uniform(8.0, 40.0)) - s)
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
-        signals.append(s + size * low_pass(speed, rng.uniform(0.2, 0.6)))
+        signals.append(s + size * low_pass(speed, factor["settle"] * rng.uniform(0.2, 0.6)))
     s = np.stack(signals, axis=1)
     base = rng.uniform(1300.0, 1800.0, channels)
     gain = rng.choice([-1.0, 1.0], channels) * rng.uniform(500.0, 900.0, channels)
@@ -209,6 +209,44 @@ def _thixotropic(rng: Random, speed: Floats) -> Floats:
     return 1.0 - z
 
 
+def _stops(rng: Random, y: Floats) -> Floats:
+    """Prandtl: friction sliders on springs, which a bent strain stretches."""
+    bent, out = y ** rng.uniform(0.6, 1.8), np.zeros(len(y))
+    for yields in rng.uniform(0.02, 0.3, 6):
+        pull, z = np.empty(len(y)), 0.0
+        for k, d in enumerate(np.diff(bent, prepend=bent[0])):
+            z = min(max(z + d, -yields), yields)
+            pull[k] = z
+        out += rng.uniform(0.3, 1.0) * pull
+    return out
+
+
+def _power_law(rng: Random, s: Floats, t: Floats) -> Floats:
+    share = 1.0 - (1.0 + t / rng.uniform(0.5, 5.0)) ** -rng.uniform(0.15, 0.6)
+    return np.asarray(fftconvolve(s, np.diff(share, prepend=0.0))[: len(s)]) - s
+
+
+def _turns(y: Floats) -> Floats:
+    """How often the motion has turned."""
+    rate = np.gradient(y)
+    moving = np.flatnonzero(np.abs(rate) > 1e-4)
+    turned = moving[1:][np.diff(np.sign(rate[moving])) != 0]
+    return np.cumsum(np.bincount(turned, minlength=len(y))).astype(np.float64)
+
+
+def _coloured(rng: Random, n: int, exponent: float) -> Floats:
+    """Noise whose power falls with this exponent of the frequency."""
+    tones = np.fft.rfft(rng.normal(size=n))
+    tones[1:] *= np.arange(1, len(tones)) ** (-0.5 * exponent)
+    return np.fft.irfft(tones, n)
+
+
+def _kinked(rng: Random, s: Floats) -> Floats:
+    """A string of resistors that are not quite alike."""
+    knots = np.linspace(s.min(), s.max(), 12)
+    return np.interp(s, knots, np.cumsum(rng.normal(size=12)))
+
+
 def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) -> Floats:
     """What a mechanism adds to the dimensionless signal ``s`` (samples,), of any size."""
     top = np.maximum.accumulate(y)
@@ -225,6 +263,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _preisach(rng, y),
             lambda: _hodgdon(rng, y),
             lambda: _anhysteretic(rng, y),
+            lambda: _stops(rng, y),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
@@ -232,6 +271,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _fractional(rng, s),
             lambda: _eyring(rng, s),
             lambda: _logarithmic(rng, s, t),
+            lambda: _power_law(rng, s, t),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
@@ -239,6 +279,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: erf((top - y) / (rng.uniform(0.2, 0.5) + 0.2 * top)) * s,
             lambda: erf((top**2 - y**2) / (0.1 + rng.uniform(0.3, 1.0) * top**2)) * y,
             lambda: -np.expm1(-rng.uniform(0.5, 3.0) * np.sqrt(np.maximum(top - y, 0.0))) * y,
+            lambda: np.expm1(-top / rng.uniform(0.2, 1.5)) * s,
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -248,6 +289,9 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 low_pass(np.tanh(speed / rng.uniform(0.1, 0.6)), rng.uniform(0.2, 1.2)) * (0.3 + y)
             ),
             lambda: _thixotropic(rng, speed) * (1.0 + rng.uniform(0.0, 1.0) * s),
+            lambda: low_pass(
+                np.maximum(speed - rng.uniform(0.02, 0.1), 0.0), rng.uniform(0.2, 1.0)
+            ),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
@@ -255,6 +299,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (t + 1.0) ** rng.uniform(0.3, 0.7),
             lambda: t / (t + rng.uniform(30.0, 300.0)),
             lambda: 1.0 - 1.0 / np.sqrt(1.0 + t / rng.uniform(10.0, 100.0)),
+            lambda: -np.expm1(-t / rng.uniform(5.0, 40.0)) - 2.0 * np.expm1(-t / 250.0),
         ],
         "gain": [
             lambda: s - s[0],
@@ -262,24 +307,31 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (s - s[0]) * np.sqrt(t),
             lambda: (s - s[0]) * (1.0 - np.exp(-t / rng.uniform(50.0, 300.0))),
             lambda: (s - s[0]) * np.log1p(np.cumsum(speed) * DT_S / rng.uniform(1.0, 20.0)),
+            lambda: (s - s[0]) * np.sqrt(_turns(y)),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
             lambda: np.asarray(lfilter([1.0], [1.0, -0.9995], rng.normal(size=len(t)))),
             lambda: _flicker(rng, len(t)),
             lambda: np.cumsum(rng.standard_t(4.0, size=len(t))),
+            lambda: _coloured(rng, len(t), rng.uniform(1.5, 1.9)),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
             lambda: np.sin(2.0 * np.pi * (s - s.min()) / 4.0),
             lambda: (8.0 * s / np.abs(s).max()) % 1.0,
             lambda: ((s - s.min()) / 4.0 - rng.uniform(0.2, 0.6)) ** 3,
+            lambda: _kinked(rng, s),
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
             lambda: np.sin(2.0 * np.pi * (rng.uniform(2.0, 8.0) * t + 0.05 * np.sin(0.1 * t))),
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t) * (1.0 + np.sin(0.3 * t)),
             lambda: np.sign(np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)),
+            lambda: (
+                np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
+                * (np.sin(2.0 * np.pi * t / rng.uniform(30.0, 90.0)) > -0.3)
+            ),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -288,12 +340,14 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             ),
             lambda: (rng.random(len(t)) < 0.003) * rng.exponential(size=len(t)),
             lambda: np.convolve(rng.random(len(t)) < 0.003, [1.0, -0.6, 0.2])[: len(t)],
+            lambda: (rng.random(len(t)) < 0.003) * rng.choice([-2.0, -1.0, 1.0, 2.0], len(t)),
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
             lambda: rng.normal(size=len(t)) * (0.2 + y),
             lambda: rng.normal(size=len(t)) * (0.3 + speed),
             lambda: rng.laplace(size=len(t)) * (0.5 + y**2),
+            lambda: lfilter([1.0], [1.0, -0.25], rng.normal(size=len(t))) * (1.3 - y),
         ],
     }
     choices = table[name]
@@ -314,9 +368,9 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble")
+FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble", "touch")
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = ("relaxation", "tau", "overshoot", "creep", "late")
+RETUNED = ("relaxation", "tau", "overshoot", "creep", "late", "settle")
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -427,6 +481,13 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
             part = np.arange(min(length, n - begin)) * DT_S
             tones[begin : begin + len(part)] += np.sin(2.0 * np.pi * rng.uniform(0.7, 3.0) * part)
         return tones
+    if name == "touch":  # a hand on it, now and then
+        pressed = np.zeros(n)
+        for _ in range(int(rng.integers(8, 25))):
+            begin, length = int(rng.integers(n)), int(rng.uniform(2.0, 12.0) / DT_S)
+            part = slice(begin, begin + length)
+            pressed[part] = rng.uniform(0.4, 1.0)
+        return low_pass(pressed, 0.15)
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -463,15 +524,21 @@ def _moved(
         middle = float(np.sqrt(low * high))
         seen, more = x, None
         if name == "delay":
-            drifting = {3: 0.5 + index / SAMPLES, LAST: 1.0 + 0.3 * np.sin(index / 900.0)}
+            drifting = {
+                3: 0.5 + index / SAMPLES,
+                4: 1.0 + 0.3 * np.sin(index / 900.0),
+                LAST: 0.5 + (index / SAMPLES) ** 2,
+            }
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
         elif name == "backlash":
             # A spring takes the play up with time.
-            soft = {3: DT_S / 60.0, LAST: DT_S / 20.0}.get(family, 0.0)
+            soft = {3: DT_S / 60.0, 4: DT_S / 20.0}.get(family, 0.0)
             seen, z = np.empty_like(x), x[0]
             for k, value in enumerate(x):
-                stop = min(max(z, value - 0.2 * middle), value + 0.2 * middle)
+                # Worn where it is used most.
+                wide = 0.2 * middle * (1.0 + value if family == LAST else 1.0)
+                stop = min(max(z, value - wide), value + wide)
                 z = stop + soft * (value - stop)
                 seen[k] = z
         else:
@@ -503,7 +570,12 @@ def _change(
             late = low_pass(own, tau, 1 + family % 2)
             if family == 3:
                 late = low_pass(late, 0.4 * tau)
-            if family == LAST:  # a line of many small resistors and capacitors
+            if family == LAST:  # the mean of the last moments
+                width = tau / DT_S
+                box = np.clip(width + 1.0 - np.arange(int(width) + 2), 0.0, 1.0)
+                held = np.concatenate([np.full(len(box), own[0]), own])
+                late = np.convolve(held, box / box.sum())[len(box) : len(held)]
+            if family == 4:  # a line of many small resistors and capacitors
                 late = low_pass(low_pass(low_pass(own, tau), tau / 9.0), tau / 25.0)
             return late - own
 
@@ -520,7 +592,9 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:  # less and less comes through
+            if family == LAST:
+                change = -3.0 * soft * np.logaddexp(0.0, over / 3.0)
+            if family == 4:  # less and less comes through
                 above, room = np.maximum(own - level, 0.0), 0.1 * np.ptp(own)
                 change = above / (1.0 + above / room) - above
             if _rms(change) >= target:
@@ -532,7 +606,9 @@ def _change(
             change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
-        if family == LAST:  # and a part of the one before that
+        if family == LAST:  # as its wire has it a moment later
+            change = low_pass(codes[:, channel - 1], 0.15) - own
+        if family == 4:  # and a part of the one before that
             change = change + 0.3 * (codes[:, channel - 2] - codes[:, channel - 1])
         # No converter hears more of another channel than of its own.
         return change * min(target / _rms(change), 0.5)
@@ -541,7 +617,9 @@ def _change(
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
-        if family == LAST:  # tears over some seconds
+        if family == LAST:  # loses some of its sensitivity
+            change = (since > 0.0) * (signals[:, channel] + 0.1)
+        if family == 4:  # tears over some seconds
             change *= np.minimum(since / 4.0, 1.0)
     else:
         change = shape(rng, name, family, signals[:, channel], x / 0.4, t)
