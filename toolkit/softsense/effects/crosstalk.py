@@ -46,6 +46,12 @@ def explain(nominal: Nominal) -> list[Candidate]:
                 alone = codes[:, other] - nominal.reference.rest[other]
                 result.append(Candidate(instead[:, None], source, largest=most))
                 result.append(Candidate(alone[:, None], source, largest=most))
+        if channels > 2:
+            # The capacitor keeps some of the one before that, too.
+            one, two = codes[:, nominal.channel - 1], codes[:, nominal.channel - 2]
+            source = {"source": float((nominal.channel - 1) % channels)}
+            both = np.stack([one - nominal.u, two - nominal.u], axis=1)
+            result.append(Candidate(both, source, "scan", parallel=True, largest=most))
         own = codes[:, nominal.channel] - nominal.u
         together = codes.mean(axis=1) - own / channels
         result.append(Candidate((together - nominal.u)[:, None], {}, "supply", largest=most))

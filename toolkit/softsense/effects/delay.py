@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -10,6 +11,8 @@ from scipy.interpolate import CubicSpline
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 FORMS = ("smooth", "linear")
+# Cosines of time that say how a delay wanders.
+COURSES = 8
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
 SKEWED = [(a, b) for a in (0.0, 0.05, 0.2, 0.5) for b in (0.0, 0.05, 0.2, 0.5) if a != b]
 
@@ -63,7 +66,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         last = first + values["skew"] * nominal.reference.duration_s
         reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
         return _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
-    return _traces(nominal, values["delay_s"] * np.geomspace(0.8, 1.25, 15), FORMS)
+    near_s = values["delay_s"] * np.geomspace(0.8, 1.25, 15)
+    return _traces(nominal, near_s, FORMS) + _wandering(nominal, near_s[1::6])
 
 
 def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[Candidate]:
@@ -81,6 +85,24 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
             column = (moved - u)[nominal.keep, None]
             result.append(Candidate(column.copy(), values, form, fixed=True))
     return result
+
+
+def _wandering(nominal: Nominal, delays_s: Floats) -> list[Candidate]:
+    """Delays that wander slowly around one: its trace, weighted by a course of time."""
+    t, reference = nominal.time_s[nominal.keep], nominal.reference
+    # What is to come is not known: the last delay stays.
+    passed = np.clip((t - reference.start_s) / reference.duration_s, 0.0, 1.0)
+    course = np.cos(np.pi * passed[:, None] * np.arange(COURSES))
+    return [
+        replace(
+            trace,
+            columns=trace.columns * course,
+            form="wandering",
+            fixed=False,
+            pliable=True,
+        )
+        for trace in _traces(nominal, delays_s, ("smooth",))
+    ]
 
 
 def _skewed(nominal: Nominal, ends_s: list[tuple[float, float]]) -> list[Candidate]:

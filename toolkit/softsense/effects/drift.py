@@ -51,7 +51,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         for (form, values, _), law in zip(laws, scaled, strict=True)
         for by_signal in (0.0, -0.3, 0.4)
     ]
-    for tau_s in (4.0, 15.0, 60.0, 200.0):
+    for tau_s in (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0):
         for law in (t / (t + tau_s), 1.0 - 1.0 / np.sqrt(1.0 + t / tau_s)):
             column = (law * nominal.span)[:, None]
             result.append(Candidate(column, {"tau_s": tau_s}, "hyperbolic"))

@@ -10,6 +10,9 @@ from scipy.signal import lfilter
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
 
+# The second of two poles, of the first.
+SECOND = (0.12, 0.25, 0.5)
+
 
 def simulate(
     u: Floats, context: Context, values: Values, form: str, state: State | None
@@ -30,7 +33,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one time constant."""
-    return _traces(nominal, values["tau_s"] * np.geomspace(0.77, 1.3, 11))
+    times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
+    return _traces(nominal, times_s) + _two_poles(nominal, times_s)
 
 
 def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
@@ -50,6 +54,19 @@ def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
             values = {"tau_s": float(tau_s), "poles": float(poles)}
             column = (y - nominal.u)[nominal.keep, None]
             result.append(Candidate(column.copy(), values, form, fixed=True))
+    return result
+
+
+def _two_poles(nominal: Nominal, times_s: Floats) -> list[Candidate]:
+    """Two circuits in a row, the second one faster."""
+    result = []
+    for tau_s in times_s:
+        once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
+        for part in SECOND:
+            y = low_pass(once, nominal.dt_s, np.array([part * tau_s]), None)[0]
+            column = (y[:, 0] - nominal.u)[nominal.keep, None]
+            values = {"tau_s": float(tau_s), "poles": 2.0, "second": part}
+            result.append(Candidate(column.copy(), values, "unequal", fixed=True))
     return result
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 GRID = 65
+# What changes earlier, as a share of the recording, is a miscalibration or a drift.
+EARLIEST, LATEST = 0.04, 0.98
 HEALING_S = np.array([10.0, 40.0, 160.0])
 
 
@@ -28,7 +30,7 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """From an instant on another offset and gain, or an offset that heals in part."""
     reference = nominal.reference
-    onsets_s = reference.start_s + np.linspace(0.02, 0.98, GRID) * reference.duration_s
+    onsets_s = reference.start_s + np.linspace(EARLIEST, LATEST, GRID) * reference.duration_s
     return _traces(nominal, onsets_s) + _healing(nominal, onsets_s[::2], HEALING_S[1:2])
 
 
@@ -38,6 +40,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     # Where healing was looked for, the grid is twice as coarse.
     wide = 1.0 if "tau_s" in values else 0.5
     near_s = values["onset_s"] + np.linspace(-wide * reach, wide * reach, 21)
+    earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
+    near_s = np.maximum(near_s, earliest_s)
     return _traces(nominal, near_s) + _healing(nominal, near_s, HEALING_S)
 
 
