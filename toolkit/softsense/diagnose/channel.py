@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from softsense.diagnose.design import Design, Entry, Fit, Pick
+from softsense.diagnose.design import Design, Entry, Fit, Group, Pick
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import STAGES, Candidate, Effect, Nominal, all_effects
 
@@ -35,7 +35,7 @@ OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
 STATIC_PRICE = 0.5
 STATIC_SHARE = 0.02
-# A static curve that comes with an effect (``Candidate.curved``).
+# A curve that comes with an effect (``Candidate.curved``).
 CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
@@ -57,6 +57,8 @@ WALK = "random_walk"
 WALK_PRICE = 0.5
 WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
+# The stage whose effects act on each other: one circuit follows the other.
+ELECTRICAL = "electrical"
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
 
@@ -158,12 +160,26 @@ class Channel:
                     at.append(places[key])
                 self.entries.setdefault(name, []).append(replace(entry, at=tuple(at)))
         columns.append(self.residual[self._thin])
-        table = np.stack(columns).T
-        self.design = Design(table)
-        # Beside a random walk an effect shows in what the past does not foresee.
-        self.fast = Design(innovations(table, self.gain))
+        self.groups = {name: Group(entries) for name, entries in self.entries.items()}
+        self.design = Design(np.stack(columns).T)
         self.samples = self.design.samples
+        self._columns = columns
+        self._walking: Design | None = None
+        self._walk_alone = Design(self._unforeseen([*columns[:begin], columns[-1]]))
         self._best: dict[frozenset[str], Fit] = {}
+
+    @property
+    def walking(self) -> Design:
+        """Inner products of what the past does not foresee: how effects show beside a walk.
+
+        Made when it is first asked for: where something else says the gap, it never is.
+        """
+        if self._walking is None:
+            self._walking = Design(self._unforeseen(self._columns))
+        return self._walking
+
+    def _unforeseen(self, columns: Sequence[Floats]) -> Floats:
+        return innovations(np.stack(columns).T, self.gain)
 
     def zoom(self, chosen: Iterable[Pick]) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else."""
@@ -184,21 +200,25 @@ class Channel:
         self.gain = self._better_gain()
         self._take(found)
 
-    def composed(self, fit: Fit) -> Fit:
+    def composed(self, fit: Fit, names: frozenset[str]) -> Fit:
         """``fit``, or a cheaper one where every stage acts on what the stages before have done.
 
-        Motion comes before material, and material before the electrical side.
+        Motion comes before material, and material before the electrical side, whose effects come
+        one after the other in either order. Where ``fit`` leaves enough to pay for an effect more,
+        all of ``names`` are tried: two that act on each other can say little side by side.
         """
-        stage_of = {name: STAGES.index(all_effects()[name].stage) for name, _ in fit.picks}
-        if len({stage for name, stage in stage_of.items() if name != WALK}) < 2:
-            return fit
-        ordered = sorted(fit.picks, key=lambda pick: (stage_of[pick[0]], pick))
-        best = fit
-        for _ in range(2):
-            fit = self._composed(ordered, fit)
-            ordered = list(fit.picks)
-            best = min(best, fit, key=self.price)
-        return best
+        begun = [fit]
+        if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
+            begun.append(self.best(names))
+        made = [fit]
+        for begin in begun:
+            for ordered in _orders(begin.picks):
+                now, picks = begin, ordered
+                for _ in range(2):
+                    now = self._composed(picks, now)
+                    picks = now.picks
+                    made.append(now)
+        return min(made, key=self.price)
 
     def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
         """The fit of one more round; its candidates are among the entries from now on."""
@@ -221,7 +241,7 @@ class Channel:
         for name, number in ordered:
             if name == WALK:
                 continue
-            if all_effects()[name].stage != stage:
+            if acts_on_change(name, stage):
                 stage = all_effects()[name].stage
                 codes[:, self.nominal.channel] = self.nominal.u + change
             made[name] = self._upon(replace(self.nominal, codes=codes.copy()), name, number)
@@ -268,8 +288,9 @@ class Channel:
         if (WALK, 0) in fit.picks:
             price += self.effect_price * beside_walk(len(fit.picks) - 1)
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
-            beside = max(float(self.fast.total[-1, -1]) / self.sigma**2 - self.samples, 0.0)
-            price += FORM_SHARE * beside * (len(fit.picks) - 1)
+            if len(fit.picks) > 1:
+                moves = float(self.walking.total[-1, -1]) / self.sigma**2
+                price += FORM_SHARE * max(moves - self.samples, 0.0) * (len(fit.picks) - 1)
         else:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))
@@ -278,12 +299,18 @@ class Channel:
             price += share * self.excess * max(count - 1, 0)
         picks = [pick for pick in fit.picks if pick[0] != WALK]
         if any(self.entries[name][number].candidate.curved for name, number in picks):
-            price += CURVED_PRICE * self.samples + CURVED_SHARE * self.excess
+            price += self._curved_price
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
         elif fit.static is not None:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
+
+    @property
+    def least_with_walk(self) -> float:
+        """The price below which no fit with a walk is."""
+        walk = WALK_PRICE * self.samples + WALK_SHARE * self.excess
+        return self.samples + self.effect_price + walk
 
     def exact(self, fit: Fit) -> bool:
         """Whether every equation is what happens, and not a model of a material."""
@@ -296,6 +323,10 @@ class Channel:
     def effect_price(self) -> float:
         """What an effect costs, whatever its columns are."""
         return EFFECT_PRICE * self.guard * self.samples
+
+    @property
+    def _curved_price(self) -> float:
+        return CURVED_PRICE * self.samples + CURVED_SHARE * self.excess
 
     @property
     def excess(self) -> float:
@@ -314,11 +345,13 @@ class Channel:
         return 0, 1, self.static.shape[1]
 
     def _fit(self, picks: tuple[Pick, ...], static: int) -> Fit:
-        errors, weights = self._design(picks).fit(*self._indices(picks, static))
+        # The static columns stand first in all tables.
+        design = self._walk_alone if picks == ((WALK, 0),) else self._design(picks)
+        errors, weights = design.fit(*self._indices(picks, static))
         return Fit(picks, errors, weights[static:], weights[:static] if static else None)
 
     def _design(self, picks: Sequence[Pick]) -> Design:
-        return self.fast if (WALK, 0) in picks else self.design
+        return self.walking if (WALK, 0) in picks else self.design
 
     def _indices(self, picks: Sequence[Pick], static: int) -> tuple[list[int], list[int], Floats]:
         """Columns that are free, columns of weight 1, and how stiff the free ones are held at 0."""
@@ -364,7 +397,7 @@ class Channel:
                 conditional = [
                     name
                     for name, number in fit.picks
-                    if name != WALK and _conditional(self.entries[name][number].candidate)
+                    if name != WALK and self.entries[name][number].candidate.conditional
                 ]
                 if conditional:
                     free = {n: k for n, k in others.items() if n not in conditional}
@@ -411,16 +444,12 @@ class Channel:
         """The candidate of an effect that fits best beside ``picks``."""
         if name == WALK:
             return 0
-        entries = self._compared(name)
-        gains = self._design(picks).gains(*self._indices(picks, static), entries) / self.sigma**2
-        costs = WEIGHT_PRICE * np.array([0.0 if e.candidate.fixed else e.width for e in entries])
+        group = self.groups[name]
+        gains = self._design(picks).gains(*self._indices(picks, static), group) / self.sigma**2
+        costs = WEIGHT_PRICE * group.free_widths + self._curved_price * group.curved
         if unconditional:
-            costs[[_conditional(entry.candidate) for entry in entries]] = np.inf
+            costs = np.where(group.conditional, np.inf, costs)
         return int(np.argmax(gains - costs))
-
-    def _compared(self, name: str) -> list[Entry]:
-        """The candidates of an effect that stand in the table: the others come after these."""
-        return [entry for entry in self.entries[name] if entry.at]
 
     def within(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with any of the effects ``names``, or none."""
@@ -450,8 +479,10 @@ class Channel:
         static = 0 if fit.static is None else len(fit.static)
         rest = {k: v for k, v in chosen.values.items() if k != key}
         tried: dict[float, float] = {}
-        for number, entry in enumerate(self._compared(name)):
+        for number, entry in enumerate(self.entries[name]):
             other = entry.candidate
+            if not entry.at:
+                break  # of another table, and so are all that follow
             alike = other.form == chosen.form and other.columns.shape == chosen.columns.shape
             same = {k: v for k, v in other.values.items() if k != key}
             if alike and same == rest:
@@ -507,8 +538,20 @@ def all_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[R
         return list(pool.map(work, items))
 
 
-def _conditional(candidate: Candidate) -> bool:
-    return candidate.parallel or candidate.largest < np.inf
+def acts_on_change(name: str, before: str) -> bool:
+    """Whether an effect acts on what others have done, the last of them of the stage ``before``."""
+    stage = all_effects()[name].stage
+    return stage not in (before, "") or stage == ELECTRICAL
+
+
+def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
+    """In which the effects may act on each other; none where they do not."""
+    stages = {pick: STAGES.index(all_effects()[pick[0]].stage) for pick in picks if pick[0] != WALK}
+    circuits = [pick for pick in stages if all_effects()[pick[0]].stage == ELECTRICAL]
+    if len(set(stages.values())) < 2 and len(circuits) < 2:
+        return []
+    rest = sorted(set(picks) - set(circuits), key=lambda pick: (stages.get(pick, 0), pick))
+    return [(*rest, *order) for order in {tuple(circuits), tuple(reversed(circuits))}]
 
 
 def beside_walk(effects: int) -> float:

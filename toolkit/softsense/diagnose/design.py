@@ -64,12 +64,26 @@ class Fit:
         return len(self.weights) + (0 if self.static is None else len(self.static))
 
 
+class Group:
+    """Candidates of one effect, and where their columns stand."""
+
+    def __init__(self, entries: Sequence[Entry]) -> None:
+        """``entries`` of the table."""
+        widths = np.array([entry.width for entry in entries])
+        self.columns = np.array([at for entry in entries for at in entry.at], dtype=np.intp)
+        self.begins = np.concatenate([[0], np.cumsum(widths)])
+        self.fixed = np.array([entry.candidate.fixed for entry in entries])
+        self.free_widths = np.where(self.fixed, 0, widths)
+        self.curved = np.array([entry.candidate.curved for entry in entries])
+        self.conditional = np.array([entry.candidate.conditional for entry in entries])
+
+
 class Design:
     """Inner products of one channel's residual, static curve and candidates, per block of time."""
 
     def __init__(self, table: Floats) -> None:
         """``table`` (samples, p): last the residual."""
-        self.scale = np.sqrt((table**2).mean(axis=0)) + 1e-12
+        self.scale = np.sqrt(np.einsum("ij,ij->j", table, table) / len(table)) + 1e-12
         self.scale[-1] = 1.0
         table = table / self.scale
         self.samples = len(table)
@@ -108,26 +122,26 @@ class Design:
         return ridge
 
     def gains(
-        self, free: Sequence[int], fixed: Sequence[int], stiff: Floats, entries: Sequence[Entry]
+        self, free: Sequence[int], fixed: Sequence[int], stiff: Floats, group: Group
     ) -> Floats:
-        """(entries,) by how much each lowers the squared error of the fit, on the time it saw."""
+        """(candidates,) by how much each lowers the fit's squared error, on the time it saw."""
         total = self.total
         side = total[self.y] - self.scale[list(fixed)] @ total[list(fixed)]
-        wanted = np.concatenate([np.array(e.at, dtype=np.intp) for e in entries])
-        begins = np.cumsum([0, *(e.width for e in entries)])
+        wanted = group.columns
         if len(free):
             index = np.array(free, dtype=np.intp)
             gram = total[index[:, None], index] + self._ridge(free, stiff)
             root = np.linalg.cholesky(gram)
-            above = solve_triangular(root, total[index[:, None], wanted], lower=True)
-            rest = side[wanted] - above.T @ solve_triangular(root, side[index], lower=True)
+            sides = np.column_stack([total[index[:, None], wanted], side[index]])
+            said = solve_triangular(root, sides, lower=True, check_finite=False)
+            above = np.ascontiguousarray(said[:, :-1].T)
+            rest = side[wanted] - above @ said[:, -1]
         else:
-            above, rest = np.zeros((1, len(wanted))), side[wanted]
+            above, rest = np.zeros((len(wanted), 1)), side[wanted]
         # What a fixed candidate's column is scaled by, and 0 for the free ones.
-        sizes = np.array([self.scale[e.at[0]] if e.candidate.fixed else 0.0 for e in entries])
-        above = np.ascontiguousarray(above.T)
+        sizes = np.where(group.fixed, self.scale[wanted[group.begins[:-1]]], 0.0)
         ridge = 10.0 * _RIDGE * self.samples
-        result: Floats = _each_gain(total, wanted, begins, above, rest, sizes, ridge)
+        result: Floats = _each_gain(total, wanted, group.begins, above, rest, sizes, ridge)
         return result
 
 

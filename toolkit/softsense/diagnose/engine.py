@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import WALK, Channel, all_at_once, explained
+from softsense.diagnose.channel import WALK, Channel, acts_on_change, all_at_once, explained
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
@@ -235,7 +235,7 @@ def _applied(
         for trace in diagnosis.traces:
             if trace.channel != channel:
                 continue
-            if all_effects()[trace.effect].stage != stage:
+            if acts_on_change(trace.effect, stage):
                 stage = all_effects()[trace.effect].stage
                 codes[:, channel] = smooth[:, channel] + done
             acted_on = replace(nominal, codes=codes) if trace.upon else nominal

@@ -125,7 +125,7 @@ def _left(channels: Sequence[Channel], made: Model) -> float:
 
 
 def _composed(channels: Sequence[Channel], made: Model) -> Model:
-    fits = tuple(c.composed(fit) for c, fit in zip(channels, made.fits, strict=True))
+    fits = tuple(c.composed(fit, made.names) for c, fit in zip(channels, made.fits, strict=True))
     return _priced(channels, fits)
 
 
@@ -133,20 +133,59 @@ def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     names = sorted(known)
     none = model(channels, frozenset())
     singles = _by_price(model(channels, frozenset({name})) for name in names)
-    pairs = _by_price(
-        model(channels, frozenset(two))
+    twos = [
+        frozenset(two)
         for two in combinations(names, 2)
         if any(first.names <= set(two) for first in singles[:BEAM])
-    )
-    triples = []
+    ]
+    pairs = _promising(channels, twos, [none, *singles])
+    triples: list[Model] = []
     if pairs and pairs[0].price < min(none.price, singles[0].price):
-        triples = [
-            model(channels, first.names | {name})
+        threes = [
+            first.names | {name}
             for first in pairs[:SHORT_BEAM]
             for name in names
             if name not in first.names
         ]
+        triples = _promising(channels, threes, pairs)
     return _by_price([none, *singles, *pairs, *triples])
+
+
+def _promising(
+    channels: Sequence[Channel], several: Sequence[Names], known: Sequence[Model]
+) -> list[Model]:
+    """The models of ``several`` by price, without those with a walk that cannot be the cheapest.
+
+    What effects do beside a walk is much to compute, and where they say the gap nobody asks.
+    """
+    made = [model(channels, names) for names in several if WALK not in names]
+    best = _by_price([*known, *made])[0]
+    # Of as many effects, one that is nearly as cheap is told as a rival.
+    near = best.price + max(_left(channels, best), 0.0)
+    walking = [
+        names
+        for names in several
+        if WALK in names
+        and _least_with_walk(channels, names)
+        < (near if len(names) <= len(best.names) else best.price)
+    ]
+    if walking:
+        all_at_once(lambda channel: channel.walking, channels)
+    return _by_price([*made, *(model(channels, names) for names in walking)])
+
+
+def _least_with_walk(channels: Sequence[Channel], names: Names) -> float:
+    """The price below which no model of ``names`` is that has a walk on any channel."""
+    walks = [channel.least_with_walk for channel in channels]
+    least = [
+        min(channel.price(channel.within(names - {WALK})), walk)
+        for channel, walk in zip(channels, walks, strict=True)
+    ]
+    first = min(
+        walk + WALK_NAME_SHARE * channel.excess - price
+        for channel, walk, price in zip(channels, walks, least, strict=True)
+    )
+    return sum(least) + first + NAME_PRICE * channels[0].samples * beside_walk(len(names) - 1)
 
 
 def _by_price(models: Iterable[Model]) -> list[Model]:

@@ -173,9 +173,9 @@ class Candidate:
     ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``parallel``: the weights
     have one sign by physics (all parts relax); where they cancel, something else is mimicked.
     ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
-    static curve besides, which other effects could be behind. ``pliable``: it follows whatever is
-    near, also where the effect is an exact equation. ``largest``: weights beyond it are not
-    physical.
+    curve besides, of the signal or of time, which other effects could be behind. ``pliable``: it
+    follows whatever is near, also where the effect is an exact equation. ``largest``: weights
+    beyond it are not physical.
     """
 
     columns: Floats
@@ -186,6 +186,11 @@ class Candidate:
     curved: bool = False
     pliable: bool = False
     largest: float = np.inf
+
+    @property
+    def conditional(self) -> bool:
+        """Whether weights that fit best may be unphysical."""
+        return self.parallel or self.largest < np.inf
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -99,6 +99,7 @@ def _wandering(nominal: Nominal, delays_s: Floats) -> list[Candidate]:
             columns=trace.columns * course,
             form="wandering",
             fixed=False,
+            curved=True,
             pliable=True,
         )
         for trace in _traces(nominal, delays_s, ("smooth",))

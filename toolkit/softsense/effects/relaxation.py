@@ -7,6 +7,8 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
 
+# The largest share that one part of a material relaxes; what follows as a whole is a circuit.
+MOST = 0.6
 # Poles that stand for a fractional element, two per decade below its longest time.
 _POWER_POLES = 6
 _POWER_RATIO = 10.0**0.5
@@ -52,7 +54,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         return low_pass(u, nominal.dt_s, np.array([tau_s]), None)[0] - u
 
     result = [
-        Candidate(relaxed(float(tau)), {"tau_s": float(tau)}, "prony")
+        Candidate(relaxed(float(tau)), {"tau_s": float(tau)}, "prony", largest=MOST)
         for tau in np.geomspace(0.6, 150.0, 16)
     ]
     for ladder in (
@@ -62,7 +64,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
     ):
         columns = np.concatenate([relaxed(tau) for tau in ladder], axis=1)
-        result.append(Candidate(columns, {}, "prony", parallel=True))
+        result.append(Candidate(columns, {}, "prony", parallel=True, largest=MOST))
     return result
 
 

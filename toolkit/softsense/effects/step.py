@@ -10,8 +10,10 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 
 GRID = 65
 # What changes earlier, as a share of the recording, is a miscalibration or a drift.
-EARLIEST, LATEST = 0.04, 0.98
+EARLIEST, LATEST = 0.05, 0.98
 HEALING_S = np.array([10.0, 40.0, 160.0])
+# How long a sensor that does not break at once takes to tear.
+TEARING_S = (2.0, 5.0)
 
 
 def simulate(
@@ -42,7 +44,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     near_s = values["onset_s"] + np.linspace(-wide * reach, wide * reach, 21)
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
-    return _traces(nominal, near_s) + _healing(nominal, near_s, HEALING_S)
+    made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
+    return made + _tearing(nominal, near_s[::2])
 
 
 def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
@@ -64,6 +67,17 @@ def _healing(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Candid
             healed = after * np.exp(-np.maximum(since, 0.0) / tau_s)
             values = {"onset_s": float(onset_s), "tau_s": float(tau_s)}
             result.append(Candidate(np.stack([after, healed], axis=1), values, "healing"))
+    return result
+
+
+def _tearing(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
+    result = []
+    for onset_s in onsets_s:
+        for lasts_s in TEARING_S:
+            torn = np.clip((nominal.time_s - onset_s) / lasts_s, 0.0, 1.0) * nominal.span
+            values = {"onset_s": float(onset_s), "lasts_s": lasts_s}
+            columns = np.stack([torn, torn * nominal.share], axis=1)
+            result.append(Candidate(columns, values, "tearing"))
     return result
 
 
