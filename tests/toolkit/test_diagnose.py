@@ -56,6 +56,15 @@ def recorded(x: np.ndarray, codes: np.ndarray, seed: int, noise: float = 1.3) ->
     )
 
 
+def filtered(codes: np.ndarray, tau_s: float) -> np.ndarray:
+    """Codes (samples, channels) behind a resistor and a capacitor."""
+    from scipy.signal import lfilter
+
+    kept = np.exp(-1.0 / (RATE_HZ * tau_s))
+    settled = kept * codes[:1]
+    return lfilter([1.0 - kept], [1.0, -kept], codes, axis=0, zi=settled)[0]
+
+
 def hide(x: np.ndarray, codes: np.ndarray, effect: str, seed: int = 0) -> np.ndarray:
     """Codes with an effect in them that is written here, not taken from the catalogue."""
     t = np.arange(len(x)) / RATE_HZ
@@ -177,6 +186,34 @@ def test_a_step_that_heals_is_still_a_step() -> None:
     assert result.data["where"]["onset_s"] == pytest.approx(120.0, abs=1.0)
 
 
+def test_a_step_that_takes_a_while_is_still_a_step() -> None:
+    x, codes = clean(10)
+    torn = codes.copy()
+    torn[:, 1] += 20.0 * np.clip((np.arange(SAMPLES) / RATE_HZ - 120.0) / 4.0, 0.0, 1.0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, torn, 2))
+    assert result.effects == ("step",)
+    assert result.data["where"]["onset_s"] == pytest.approx(120.0, abs=1.0)
+
+
+def test_one_circuit_follows_the_other() -> None:
+    """In which order is found out, and each parameter keeps its interval."""
+    x, codes = clean(15)
+    top = float(np.quantile(codes[:, 0], 0.9))
+    for made in (
+        filtered(np.minimum(codes[:, :1], top), 0.4),
+        np.minimum(filtered(codes[:, :1], 0.4), top),
+    ):
+        hurt = np.concatenate([made, codes[:, 1:]], axis=1)
+        sim = recorded(x, codes, 1)
+        result = diagnose(sim, recorded(x, hurt, 2))
+        assert set(result.effects) == {"lag", "saturation"}
+        change = result.augmented - sim.codes
+        assert np.abs(change[:, 0] - (hurt - codes)[:, 0]).mean() < 0.7
+        lag = next(effect for effect in result.data["effects"] if effect["name"] == "lag")
+        low, high = lag["parameters"]["tau_s"]["ci95"]
+        assert low <= 0.4 <= high
+
+
 def test_a_supply_that_all_channels_pull_down_is_crosstalk() -> None:
     x, codes = clean(11)
     sagging = codes * (1.0 - 0.08 * codes.mean(axis=1, keepdims=True) / 4095.0)
@@ -205,7 +242,8 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 
 
 def test_effects_of_other_equations_keep_their_names() -> None:
-    """Ogden-Roxburgh softening, a branch drawn to a curve, and clocks that run apart."""
+    """Ogden-Roxburgh softening, a branch drawn to a curve, clocks that run apart or wander, a line
+    of resistors and capacitors, and a capacitor that keeps two channels."""
     from scipy.special import erf
 
     x, codes = clean(13)
@@ -217,10 +255,18 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         drawn[k] = drawn[k - 1] + pull * (np.tanh(2.0 * (x[k] - 0.4)) - drawn[k - 1])
     index = np.arange(len(x))
     apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
+    wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
+    wander = np.stack([np.interp(wandering, index, c) for c in codes.T], axis=1)
+    line = filtered(filtered(codes, 0.7), 0.1)
+    kept = codes.copy()
+    kept[:, 2] += 0.05 * (codes[:, 1] - codes[:, 2]) + 0.02 * (codes[:, 0] - codes[:, 2])
     for name, made in (
         ("softening", codes - 20.0 * (soft * x)[:, None]),
         ("hysteresis", codes + 15.0 * drawn[:, None]),
         ("delay", apart),
+        ("delay", wander),
+        ("lag", line),
+        ("crosstalk", kept),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
 

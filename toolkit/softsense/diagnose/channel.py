@@ -57,6 +57,8 @@ WALK = "random_walk"
 WALK_PRICE = 0.5
 WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
+# How often effects are fitted again upon what the others then do.
+ROUNDS = 5
 # The stage whose effects act on each other: one circuit follows the other.
 ELECTRICAL = "electrical"
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
@@ -213,16 +215,26 @@ class Channel:
         made = [fit]
         for begin in begun:
             for ordered in _orders(begin.picks):
-                now, picks = begin, ordered
-                for _ in range(2):
+                now, picks, before = begin, ordered, np.inf
+                for _ in range(ROUNDS):
                     now = self._composed(picks, now)
                     picks = now.picks
                     made.append(now)
+                    if self.price(now) > before - self.effect_price:
+                        break
+                    before = self.price(now)
         return min(made, key=self.price)
 
     def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
         """The fit of one more round; its candidates are among the entries from now on."""
-        trial, best = self._upon_each_other(ordered, fit)
+        trial = self._upon_each_other(ordered, fit)
+        picks = {name: 0 for name, _ in ordered}
+        static = 0 if fit.static is None else len(fit.static)
+        for name in picks:
+            if len(trial.entries.get(name, ())) > 1:
+                rest = [(n, k) for n, k in picks.items() if n != name]
+                picks[name] = trial._choose(rest, static, name)
+        best = trial.fit(picks.items())
         chosen: list[Pick] = []
         for name, number in best.picks:
             if name != WALK:
@@ -231,8 +243,9 @@ class Channel:
             chosen.append((name, number))
         return replace(best, picks=tuple(chosen))
 
-    def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit) -> tuple[Channel, Fit]:
-        """Candidates near those of ``fit`` upon what earlier stages do, and a fit of the best."""
+    def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit) -> Channel:
+        """The channel with the candidates of ``fit`` upon what earlier stages do, each followed by
+        those near it."""
         said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
         codes = self.nominal.codes.copy()
         change = np.zeros(len(codes))
@@ -248,14 +261,7 @@ class Channel:
             change += said[name]
         trial = copy(self)
         trial._take(made)
-        names = [name for name, _ in ordered]
-        picks = dict.fromkeys(names, 0)
-        static = 0 if fit.static is None else len(fit.static)
-        for name in names:
-            if len(made.get(name, ())) > 1:
-                rest = [(n, k) for n, k in picks.items() if n != name]
-                picks[name] = trial._choose(rest, static, name)
-        return trial, trial.fit((name, picks[name]) for name in names)
+        return trial
 
     def _upon(self, nominal: Nominal, name: str, number: int) -> list[Entry]:
         """A candidate and what is close to it, of a changed nominal signal."""
@@ -466,8 +472,8 @@ class Channel:
         """
         if any(n != WALK and self.entries[n][k].nominal is not None for n, k in fit.picks):
             # Upon what other effects do, as those are that it is compared with.
-            trial, fit = self._upon_each_other(fit.picks, fit)
-            return trial._interval(fit, name, key)
+            trial = self._upon_each_other(fit.picks, fit)
+            return trial._interval(trial.fit((name, 0) for name, _ in fit.picks), name, key)
         return self._interval(fit, name, key)
 
     def _interval(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
@@ -489,6 +495,10 @@ class Channel:
                 made = self._fit(tuple(sorted({**picks, name: number}.items())), static)
                 tried[float(other.values[key])] = float(made.errors.sum()) / self.sigma**2
         grid = np.array(sorted(tried))
+        if len(grid) > 2:
+            # A candidate and what was tried near it may all but coincide, which says nothing.
+            apart = np.abs(grid - value)
+            grid = grid[(apart == 0.0) | (apart > 0.25 * np.median(np.diff(grid)))]
         at = int(np.argmin(np.abs(grid - value))) if len(grid) else 0
         if not 0 < at < len(grid) - 1:
             steps = np.abs(np.delete(grid, at) - value)

@@ -70,10 +70,11 @@ def _healing(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Candid
     return result
 
 
-def _tearing(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
+def _tearing(nominal: Nominal, middles_s: Floats) -> list[Candidate]:
     result = []
-    for onset_s in onsets_s:
+    for middle_s in middles_s:
         for lasts_s in TEARING_S:
+            onset_s = middle_s - lasts_s / 2.0
             torn = np.clip((nominal.time_s - onset_s) / lasts_s, 0.0, 1.0) * nominal.span
             values = {"onset_s": float(onset_s), "lasts_s": lasts_s}
             columns = np.stack([torn, torn * nominal.share], axis=1)
