@@ -14,7 +14,8 @@ FORMS = ("smooth", "linear")
 # Cosines of time that say how a delay wanders.
 COURSES = 8
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
-SKEWED = [(a, b) for a in (0.0, 0.05, 0.2, 0.5) for b in (0.0, 0.05, 0.2, 0.5) if a != b]
+ENDS_S = (0.0, 0.05, 0.2, 0.5, 1.5)
+SKEWED = [(a, b) for a in ENDS_S for b in ENDS_S if a != b]
 
 
 def simulate(

@@ -8,7 +8,7 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 from softsense.effects.operators import low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
-MOST = 0.6
+MOST = 0.85
 # Poles that stand for a fractional element, two per decade below its longest time.
 _POWER_POLES = 6
 _POWER_RATIO = 10.0**0.5
