@@ -8,6 +8,10 @@ import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
+# Widths of the knee as shares of the signal's range, and what is tried near one.
+KNEES = np.array([0.0, 0.02, 0.06, 0.15])
+NEAR = np.array([0.6, 0.8, 1.0, 1.3, 1.7])
+
 
 def simulate(
     u: Floats, context: Context, values: Values, form: str, state: State | None
@@ -22,23 +26,25 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """What is cut off above a level, weight 1, hard or with a soft knee."""
-    return _traces(nominal, nominal.low + np.linspace(0.5, 0.99, 25) * nominal.span)
+    levels = nominal.low + np.linspace(0.5, 0.99, 25) * nominal.span
+    return _traces(nominal, levels, KNEES * nominal.span)
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one level."""
-    level = values["level"] * nominal.full_scale
-    return _traces(nominal, level + np.linspace(-0.02, 0.02, 11) * nominal.span)
+    """The same around one level and one knee."""
+    level, knee = values["level"] * nominal.full_scale, values["knee"] * nominal.full_scale
+    levels = level + np.linspace(-0.02, 0.02, 11) * nominal.span
+    return _traces(nominal, levels, knee * NEAR if knee else KNEES[:2] * nominal.span)
 
 
-def _traces(nominal: Nominal, levels: Floats) -> list[Candidate]:
+def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
     result = []
     for level in levels:
-        values = {"level": float(level / nominal.full_scale)}
         over = nominal.u - level
-        for knee in (0.0, 0.03, 0.08):
-            width = knee * nominal.span
-            cut = np.maximum(over, 0.0) if not width else width * np.logaddexp(0.0, over / width)
+        for knee in knees:
+            cut = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
+            parameters = {"level": level, "knee": knee}
+            values = {key: float(v / nominal.full_scale) for key, v in parameters.items()}
             result.append(Candidate(-cut[:, None], values, fixed=True))
     return result
 
