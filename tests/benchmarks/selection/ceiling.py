@@ -1,6 +1,7 @@
 """How well could any ranking foretell accuracy, when accuracy itself scatters?
 
-    python tests/benchmarks/selection/ceiling.py [--rigs SEED ...] [--split NAME] [--json FILE]
+    python tests/benchmarks/selection/ceiling.py [--rigs SEED ...] [--split NAME] [--unseen NAME]
+                                                  [--starts N] [--json FILE]
 
 Trains every subset of built-in linear rigs that the score was not chosen on: from several starting
 weights on the same rows, and once on another draw of rows. Prints per size, as Spearman
@@ -74,12 +75,12 @@ def spearman(first: Sequence[float], second: Sequence[float]) -> float:
     return float(spearmanr(first, second).statistic)
 
 
-def ceilings(rig: int, split: str, starts: int, jobs: int) -> list[dict[str, Any]]:
+def ceilings(rig: int, split: str, unseen: str, starts: int, jobs: int) -> list[dict[str, Any]]:
     """A row per size of subset."""
     rec = rig_recording(rig)
     rows = recording.split(len(rec), split, 0)
     known = rec.rows(np.sort(np.concatenate([rows.train, rows.validation])))
-    ranking = rank(known, unseen="samples" if split == "random" else "stretches")
+    ranking = rank(known, unseen=unseen)
     runs = [(0, start) for start in range(starts)] + [(1, 0)]
     names = [s.sensors for s in reversed(ranking.subsets) if len(s.sensors) < len(rec.sensors)]
     tasks = [(rig, split, *one, sensors) for one in runs for sensors in names]
@@ -131,6 +132,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rigs", type=int, nargs="+", default=[3], help="seeds, motion included")
     parser.add_argument("--split", choices=("blocks", "random"), default="blocks")
+    parser.add_argument("--unseen", choices=("samples", "stretches"), default="samples")
     parser.add_argument("--starts", type=int, default=2, help="at least 2 (default)")
     parser.add_argument("--json", type=Path, metavar="FILE")
     args = parser.parse_args()
@@ -138,7 +140,9 @@ def main() -> int:
         parser.error("one start has nothing to be compared with")
     result = {}
     for rig in args.rigs:
-        result[f"linear rig {rig}"] = ceilings(rig, args.split, args.starts, os.cpu_count() or 1)
+        result[f"linear rig {rig}"] = ceilings(
+            rig, args.split, args.unseen, args.starts, os.cpu_count() or 1
+        )
     if len(result) > 1:
         sizes = zip(*result.values(), strict=True)
         result["mean"] = [
@@ -149,9 +153,12 @@ def main() -> int:
             for rows in sizes
         ]
     for name, rows in result.items():
-        show(f"{name}, split {args.split}: rank correlation of accuracy, ratios of error", rows)
+        title = f"{name}, split {args.split}, score on {args.unseen}"
+        show(f"{title}: rank correlation of accuracy, ratios of error", rows)
     if args.json is not None:
-        args.json.write_text(json.dumps({"split": args.split, **result}, indent=1) + "\n")
+        args.json.write_text(
+            json.dumps({"split": args.split, "unseen": args.unseen, **result}, indent=1) + "\n"
+        )
     return 0
 
 

@@ -2,8 +2,8 @@
 
 mi       plug-in mutual information of the raw codes, the paper's measure (bits; nats in --json).
          Right for one or two sensors; saturates at the target's entropy from about three on.
-score    bits by which a polynomial of the sensors, tested on stretches of time that it has not
-         seen, narrows the target down. Meaningful for every size; the ranking goes by it.
+score    bits by which a polynomial of the sensors, tested on samples that it has not seen, narrows
+         the target down. Meaningful for every size; the ranking goes by it.
 mi >=    nearest neighbours between that held-out estimate and the target: by data processing a
          lower bound of the mutual information, up to its own error of about 0.1 bit.
 
@@ -44,10 +44,10 @@ def arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--unseen",
-        default="stretches",
+        default="samples",
         choices=("stretches", "samples"),
-        help="test the score on stretches of time (default), as a device meets them, or on single "
-        "samples, which foretells a random split of rows",
+        help="test the score on single samples (default), which ranks best, or on stretches of "
+        "time, as a device meets them: harder on sensors that tell the time",
     )
     parser.add_argument("--top", type=int, default=3, help="subsets shown per size (default 3)")
     parser.add_argument("-o", "--output", type=Path, metavar="FILE", help="write the JSON here")

@@ -162,7 +162,7 @@ def _all(
         trained = fit_all(rec, args.output, settings, jobs=jobs, dask=args.dask, progress=advance)
     rows = recording.split(len(rec), args.split, args.seed)
     known = rec.rows(np.sort(np.concatenate([rows.train, rows.validation])))
-    ranking = rank(known, unseen="samples" if args.split == "random" else "stretches")
+    ranking = rank(known)
     for warning in ranking.warnings:
         console.say(f"warning: {warning}")
     agreement = compare(ranking, trained)

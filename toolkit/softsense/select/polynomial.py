@@ -19,8 +19,7 @@ from scipy.linalg.lapack import dposv
 Floats = NDArray[np.float64]
 
 DEGREE = 4
-# Folds are contiguous in time: neighbours in time are nearly copies, and a fold that is drawn
-# sample by sample would test on what it has trained on.
+# Folds are contiguous: in time, or in whatever order the samples are handed over.
 FOLDS = 10
 # Per sample and squared weight; the best of them by held-out error is taken for each subset.
 RIDGES = (1e-7, 1e-5, 1e-3)

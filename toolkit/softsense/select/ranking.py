@@ -43,7 +43,7 @@ class Subset:
     """A set of sensors and what it tells about the targets.
 
     ``score``: bits 0.5 log2(target variance / held-out squared error) of a cross-validated
-    polynomial regression, the error a geometric mean over stretches of time; larger is better,
+    polynomial regression, the error a geometric mean over the folds; larger is better,
     within and across sizes. On one Gaussian target it is the mutual information. Several targets
     add up their variances and errors, in their common unit or, where units differ, each relative to
     its own variance: so the score foretells the mean squared error of a network with those outputs.
@@ -192,7 +192,7 @@ def rank(
     *,
     criterion: str = "score",
     uniform: str = "none",
-    unseen: str = "stretches",
+    unseen: str = "samples",
     seed: int = 0,
 ) -> Ranking:
     """Rank the subsets of up to ``max_size`` sensors.
@@ -202,9 +202,10 @@ def rank(
     sensors unless ``max_size`` says otherwise. ``uniform``: "weight" counts rare values of the
     target more, "resample" thins frequent ones (drawn by ``seed``).
 
-    ``unseen``: what the score is tested on. "stretches" of time, as a device meets them, or single
-    "samples" (drawn by ``seed``) between others that it knows: that foretells a network whose rows
-    are split at random, and flatters as such a split does.
+    ``unseen``: what the score is tested on. Single "samples" (drawn by ``seed``) between others
+    that it knows, which ranks best, by measurement (``tests/benchmarks/selection/ceiling.py``); or
+    "stretches" of time, as a device meets them: lower bits, and harder on sensors that tell the
+    time rather than the target.
 
     Raises ``SoftsenseError`` for a recording that cannot be ranked, or a wrong choice.
     """
