@@ -45,8 +45,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
     """Ogden and Roxburgh's erf of the energy, whose width may grow with the largest energy, and
-    an exponential of the distance; in proportion to signal, strain, or a mixture. And Simo's
-    damage by the largest strain alone (Comput. Methods Appl. Mech. Eng. 60, 1987)."""
+    an exponential of the distance; in proportion to signal, strain, or a mixture."""
     energy, top = np.maximum(nominal.strain, 0.0) ** 2, np.maximum(nominal.largest, 0.0) ** 2
     below = nominal.largest - nominal.strain
     laws = [
@@ -62,12 +61,6 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
         parts = [soft * nominal.share, soft * nominal.strain, soft * nominal.largest]
         result += [Candidate(part[:, None], values, form) for part in parts]
         result.append(Candidate(np.stack([*parts[:2], soft], axis=1), values, form))
-    for width in widths:
-        # What is torn stays torn: less of the signal, wherever the strain is.
-        torn = -np.expm1(-nominal.largest / width) * nominal.span
-        values = {"width": float(width), "grows": 0.0}
-        columns = np.stack([torn * nominal.share, torn], axis=1)
-        result.append(Candidate(columns, values, "damage"))
     return result
 
 
