@@ -592,7 +592,7 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:
+            if family == LAST:  # a wide knee
                 change = -3.0 * soft * np.logaddexp(0.0, over / 3.0)
             if family == 4:  # less and less comes through
                 above, room = np.maximum(own - level, 0.0), 0.1 * np.ptp(own)

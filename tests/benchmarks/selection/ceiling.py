@@ -3,8 +3,8 @@
     python tests/benchmarks/selection/ceiling.py [--rigs SEED ...] [--split NAME] [--unseen NAME]
                                                   [--starts N] [--json FILE]
 
-Trains every subset of built-in linear rigs that the score was not chosen on: from several starting
-weights on the same rows, and once on another draw of rows. Prints per size, as Spearman
+Trains every subset of built-in linear rigs that the score's form was not chosen on: from several
+starting weights on the same rows, and once on another draw of rows. Prints per size, as Spearman
 correlations of test accuracy:
 
 - score: of the score (which has not seen the test rows) with a training's accuracy, the mean;

@@ -314,7 +314,7 @@ class Channel:
 
     @property
     def least_with_walk(self) -> float:
-        """The price below which no fit with a walk is."""
+        """The price of a fit with a walk and nothing else that leaves just the noise."""
         walk = WALK_PRICE * self.samples + WALK_SHARE * self.excess
         return self.samples + self.effect_price + walk
 
@@ -561,7 +561,9 @@ def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
     if len(set(stages.values())) < 2 and len(circuits) < 2:
         return []
     rest = sorted(set(picks) - set(circuits), key=lambda pick: (stages.get(pick, 0), pick))
-    return [(*rest, *order) for order in {tuple(circuits), tuple(reversed(circuits))}]
+    return [
+        (*rest, *order) for order in dict.fromkeys((tuple(circuits), tuple(reversed(circuits))))
+    ]
 
 
 def beside_walk(effects: int) -> float:

@@ -175,7 +175,7 @@ def _promising(
 
 
 def _least_with_walk(channels: Sequence[Channel], names: Names) -> float:
-    """The price below which no model of ``names`` is that has a walk on any channel."""
+    """What ``names`` with a walk on any channel would cost, if the walk left just the noise."""
     walks = [channel.least_with_walk for channel in channels]
     least = [
         min(channel.price(channel.within(names - {WALK})), walk)

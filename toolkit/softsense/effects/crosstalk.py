@@ -33,8 +33,8 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """A share of another channel, as it really reads or would without its effects, in place of the
-    own; or a supply that sags, or lifts, with all channels together."""
+    """A share of another channel, or of the two scanned before, as they really read or would
+    without their effects; or a supply that sags, or lifts, with all channels together."""
     result = []
     channels = nominal.codes.shape[1]
     # What others really read would say all that channels have in common, were it not for the share.

@@ -59,7 +59,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one offset, or around those at the beginning and the end."""
+    """The same around one offset, which may wander, or those at the beginning and the end."""
     if "delay_s" not in values:
         return []
     if "skew" in values:

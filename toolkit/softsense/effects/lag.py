@@ -32,7 +32,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one time constant."""
+    """The same around one time constant, and a second pole that is faster."""
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
     return _traces(nominal, times_s) + _two_poles(nominal, times_s[1::2])
 

@@ -37,7 +37,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same at instants near one: a grid step to either side."""
+    """The same at instants near one, a grid step to either side; and tears around them."""
     reach = nominal.reference.duration_s / GRID
     # Where healing was looked for, the grid is twice as coarse.
     wide = 1.0 if "tau_s" in values else 0.5
