@@ -140,11 +140,13 @@ def _columns(x: ArrayLike) -> tuple[Labels, int]:
 @njit(cache=True, nogil=True)
 def _bounds(rows):  # type: ignore[no-untyped-def]
     """Smallest and largest label: numpy's own two calls cost as much as the counting."""
-    low, high = rows[0, 0], rows[0, 0]
-    for row in rows:
-        for label in row:
-            low = min(low, label)
-            high = max(high, label)
+    flat = rows.reshape(-1)
+    low, high = flat[0], flat[0]
+    for i in range(len(flat)):  # vectorised so, and not with min() and max() of each row
+        if flat[i] < low:
+            low = flat[i]
+        if flat[i] > high:
+            high = flat[i]
     return low, high
 
 
@@ -231,6 +233,16 @@ def _sum_groups(starts, groups, sums):  # type: ignore[no-untyped-def]
     return total
 
 
+# The states' own sums may be taken in any order, and so several at once.
+@njit(cache=True, nogil=True, fastmath={"reassoc"})
+def _sum_states(x_counts, y_counts, sums):  # type: ignore[no-untyped-def]
+    """sum c log2 c over the states of two variables."""  # pragma: no cover
+    total = 0.0
+    for code in range(len(x_counts)):
+        total += sums[x_counts[code]] + sums[y_counts[code]]
+    return total
+
+
 @njit(cache=True, nogil=True)
 def _pair(x, y, states, sums):  # type: ignore[no-untyped-def]
     """I(X;Y) in bits of one variable each."""  # pragma: no cover
@@ -240,41 +252,31 @@ def _pair(x, y, states, sums):  # type: ignore[no-untyped-def]
     for i in range(samples):
         x_counts[x[i]] += 1
         y_counts[y[i]] += 1
-    total = 0.0
-    places = np.empty(states, dtype=np.int32)
-    starts = np.empty(samples // 2 + 2, dtype=np.int32)
-    groups = 0
+    total = -_sum_states(x_counts, y_counts, sums)
+    ends = np.empty(states, dtype=np.int32)
     end = 0
     for code in range(states):
-        count = x_counts[code]
-        total -= sums[y_counts[code]]
+        ends[code] = end
+        end += x_counts[code]
         y_counts[code] = 0
-        if count > 1:
-            total -= sums[count]
-            places[code] = end
-            starts[groups] = end
-            groups += 1
-            end += count
-    starts[groups] = end
     # y itself, group after group of equal x: the second pass then reads memory in order
-    ordered = np.empty(end, dtype=np.int32)
+    ordered = np.empty(samples, dtype=np.int32)
     for i in range(samples):
-        code = x[i]
-        if x_counts[code] > 1:
-            ordered[places[code]] = y[i]
-            places[code] += 1
-    for group in range(groups):
-        low, high = starts[group], starts[group + 1]
+        ordered[ends[x[i]]] = y[i]
+        ends[x[i]] += 1
+    low = 0
+    for high in ends:
         if high - low == 2:
             if ordered[low] == ordered[low + 1]:
                 total += 2.0
-            continue
-        for place in range(low, high):
-            y_counts[ordered[place]] += 1
-        for place in range(low, high):
-            code = ordered[place]
-            total += sums[y_counts[code]]
-            y_counts[code] = 0
+        elif high - low > 2:
+            for place in range(low, high):
+                y_counts[ordered[place]] += 1
+            for place in range(low, high):
+                code = ordered[place]
+                total += sums[y_counts[code]]
+                y_counts[code] = 0
+        low = high
     return np.log2(float(samples)) + total / samples
 
 
