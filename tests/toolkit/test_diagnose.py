@@ -257,6 +257,8 @@ def test_effects_of_other_equations_keep_their_names() -> None:
     apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
     wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
     wander = np.stack([np.interp(wandering, index, c) for c in codes.T], axis=1)
+    quick = index - 0.6 - 1.5 * (index / SAMPLES) ** 2
+    runs_off = np.stack([np.interp(quick, index, c) for c in codes.T], axis=1)
     line = filtered(filtered(codes, 0.7), 0.1)
     kept = codes.copy()
     kept[:, 2] += 0.05 * (codes[:, 1] - codes[:, 2]) + 0.02 * (codes[:, 0] - codes[:, 2])
@@ -265,6 +267,7 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("hysteresis", codes + 15.0 * drawn[:, None]),
         ("delay", apart),
         ("delay", wander),
+        ("delay", runs_off),
         ("lag", line),
         ("crosstalk", kept),
     ):
@@ -313,6 +316,22 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert found["interference"].value == pytest.approx(6.9, abs=0.01)
     rest = cleaned(left, list(found.values()), motion)
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_tone_that_is_switched_leaves_nothing_at_its_instants() -> None:
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(4)
+    index = np.arange(len(codes))
+    on = (index // 230 % 3 > 0) & (index > 517)
+    hummed = 20.0 * on * np.sin(2 * np.pi * 3.37 * 0.05 * index)
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += hummed
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = findings(left, left, rng.normal(size=codes.shape), motion, False)
+    assert (found.name, found.channels) == ("interference", (1,))
+    rest = cleaned(left, [found], motion)
+    assert np.abs(rest).max() < 6.0
+    assert np.std(rest[:, 1]) == pytest.approx(1.0, rel=0.03)
 
 
 def test_where_all_strokes_are_alike_so_are_effects_that_lag_behind() -> None:

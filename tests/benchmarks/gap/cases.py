@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve, lfilter
+from scipy.signal import butter, fftconvolve, lfilter
 from scipy.special import erf, ndtr
 
 from softsense.recording import FrontEnd, Recording
@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 5  # family of the held-out half
+LAST = 6  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -102,9 +102,11 @@ def sensors(
     for _ in range(channels):
         s = rng.uniform(0.3, 1.2) * (y + rng.uniform(-0.3, 0.5) * y**2)
         share, tau_s = rng.uniform(0.05, 0.3), rng.uniform(1.0, 4.0)
-        s = s + factor["relaxation"] * share * (low_pass(s, factor["tau"] * tau_s) - s)
+        s = s + factor["relaxation"] * share * (
+            low_pass(s, factor["tau"] * factor["pace"] * tau_s) - s
+        )
         slow = factor["creep"] * rng.uniform(0.02, 0.15)
-        s = s + slow * (low_pass(s, factor["late"] * rng.uniform(8.0, 40.0)) - s)
+        s = s + slow * (low_pass(s, factor["late"] * factor["pace"] * rng.uniform(8.0, 40.0)) - s)
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
         signals.append(s + size * low_pass(speed, factor["settle"] * rng.uniform(0.2, 0.6)))
@@ -226,6 +228,41 @@ def _power_law(rng: Random, s: Floats, t: Floats) -> Floats:
     return np.asarray(fftconvolve(s, np.diff(share, prepend=0.0))[: len(s)]) - s
 
 
+def _sloped(rng: Random, y: Floats) -> Floats:
+    """Krasnosel'skii and Pokrovskii: relays that switch over a ramp and not at once."""
+    middle, width = rng.uniform(0.1, 0.9, 40), rng.uniform(0.05, 0.4, 40)
+    ramp = rng.uniform(0.05, 0.3)
+    state, out = -np.ones(40), np.empty(len(y))
+    for k, value in enumerate(y):
+        up = np.clip(2.0 * (value - middle - 0.5 * width) / ramp - 1.0, -1.0, 1.0)
+        down = np.clip(2.0 * (value - middle + 0.5 * width) / ramp + 1.0, -1.0, 1.0)
+        state = np.minimum(np.maximum(state, up), down)
+        out[k] = state.mean()
+    return out
+
+
+def _quasi_linear(rng: Random, s: Floats, t: Floats) -> Floats:
+    """Fung: an elastic response that is curved, and relaxes alike over some decades."""
+    elastic = np.expm1(rng.uniform(0.3, 1.0) * s)
+    taus = np.geomspace(rng.uniform(0.3, 1.0), rng.uniform(20.0, 100.0), 12)
+    share = np.mean([-np.expm1(-t / tau_s) for tau_s in taus], axis=0)
+    return np.asarray(fftconvolve(elastic, np.diff(share, prepend=0.0))[: len(s)]) - elastic
+
+
+def _soaked(share: Floats) -> Floats:
+    """Crank: how much water has gone into a plate, at this share of its time constant."""
+    odd = np.arange(1, 40, 2)
+    return 1.0 - 8.0 / np.pi**2 * (np.exp(-(np.pi**2) * share[:, None] * odd**2) / odd**2).sum(
+        axis=1
+    )
+
+
+def _calm(rng: Random, n: int) -> Floats:
+    """A level that wanders over some tens of seconds, of size 1."""
+    a = np.exp(-DT_S / 20.0)
+    return np.asarray(np.sqrt(1.0 - a * a) * lfilter([1.0], [1.0, -a], rng.normal(size=n)))
+
+
 def _turns(y: Floats) -> Floats:
     """How often the motion has turned."""
     rate = np.gradient(y)
@@ -264,6 +301,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _hodgdon(rng, y),
             lambda: _anhysteretic(rng, y),
             lambda: _stops(rng, y),
+            lambda: _sloped(rng, y),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
@@ -272,6 +310,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _eyring(rng, s),
             lambda: _logarithmic(rng, s, t),
             lambda: _power_law(rng, s, t),
+            lambda: _quasi_linear(rng, s, t),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
@@ -280,6 +319,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: erf((top**2 - y**2) / (0.1 + rng.uniform(0.3, 1.0) * top**2)) * y,
             lambda: -np.expm1(-rng.uniform(0.5, 3.0) * np.sqrt(np.maximum(top - y, 0.0))) * y,
             lambda: np.expm1(-top / rng.uniform(0.2, 1.5)) * s,
+            lambda: np.tanh((top**2 - y**2) / (0.2 + 0.5 * top**2)) * y + rng.uniform(0, 0.3) * top,
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -292,6 +332,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: low_pass(
                 np.maximum(speed - rng.uniform(0.02, 0.1), 0.0), rng.uniform(0.2, 1.0)
             ),
+            lambda: low_pass(np.arcsinh(speed / rng.uniform(0.01, 0.1)), rng.uniform(0.2, 1.0)),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
@@ -300,6 +341,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: t / (t + rng.uniform(30.0, 300.0)),
             lambda: 1.0 - 1.0 / np.sqrt(1.0 + t / rng.uniform(10.0, 100.0)),
             lambda: -np.expm1(-t / rng.uniform(5.0, 40.0)) - 2.0 * np.expm1(-t / 250.0),
+            lambda: _soaked(t / rng.uniform(100.0, 1000.0)),
         ],
         "gain": [
             lambda: s - s[0],
@@ -308,6 +350,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (s - s[0]) * (1.0 - np.exp(-t / rng.uniform(50.0, 300.0))),
             lambda: (s - s[0]) * np.log1p(np.cumsum(speed) * DT_S / rng.uniform(1.0, 20.0)),
             lambda: (s - s[0]) * np.sqrt(_turns(y)),
+            lambda: (s - s[0]) * -np.expm1(-np.cumsum(speed) * DT_S / rng.uniform(5.0, 50.0)),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
@@ -315,6 +358,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _flicker(rng, len(t)),
             lambda: np.cumsum(rng.standard_t(4.0, size=len(t))),
             lambda: _coloured(rng, len(t), rng.uniform(1.5, 1.9)),
+            lambda: np.cumsum(rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t)))),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
@@ -322,6 +366,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (8.0 * s / np.abs(s).max()) % 1.0,
             lambda: ((s - s.min()) / 4.0 - rng.uniform(0.2, 0.6)) ** 3,
             lambda: _kinked(rng, s),
+            lambda: np.abs((6.0 * (s - s.min()) / np.ptp(s)) % 1.0 - 0.5),
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
@@ -332,6 +377,9 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
                 * (np.sin(2.0 * np.pi * t / rng.uniform(30.0, 90.0)) > -0.3)
             ),
+            lambda: np.sin(
+                2.0 * np.pi * rng.uniform(1.0, 9.0) * t + np.cumsum(0.03 * rng.normal(size=len(t)))
+            ),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -341,6 +389,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (rng.random(len(t)) < 0.003) * rng.exponential(size=len(t)),
             lambda: np.convolve(rng.random(len(t)) < 0.003, [1.0, -0.6, 0.2])[: len(t)],
             lambda: (rng.random(len(t)) < 0.003) * rng.choice([-2.0, -1.0, 1.0, 2.0], len(t)),
+            lambda: np.convolve(rng.random(len(t)) < 0.001, [1.0, 0, 0, -1.2, 0, 0.7])[: len(t)],
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
@@ -348,6 +397,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: rng.normal(size=len(t)) * (0.3 + speed),
             lambda: rng.laplace(size=len(t)) * (0.5 + y**2),
             lambda: lfilter([1.0], [1.0, -0.25], rng.normal(size=len(t))) * (1.3 - y),
+            lambda: rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t))),
         ],
     }
     choices = table[name]
@@ -368,9 +418,9 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble", "touch")
+FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble", "touch", "tug")
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = ("relaxation", "tau", "overshoot", "creep", "late", "settle")
+RETUNED = ("relaxation", "tau", "overshoot", "creep", "late", "settle", "pace")
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -488,6 +538,13 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
             part = slice(begin, begin + length)
             pressed[part] = rng.uniform(0.4, 1.0)
         return low_pass(pressed, 0.15)
+    if name == "tug":  # pulled by its cable, held, and let go
+        pulled = np.zeros(n)
+        for _ in range(int(rng.integers(8, 25))):
+            begin = int(rng.integers(n))
+            part = np.arange(min(int(rng.uniform(3.0, 15.0) / DT_S), n - begin)) * DT_S
+            pulled[begin : begin + len(part)] += np.minimum(part / 2.0, 1.0) * rng.normal()
+        return pulled
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -527,7 +584,8 @@ def _moved(
             drifting = {
                 3: 0.5 + index / SAMPLES,
                 4: 1.0 + 0.3 * np.sin(index / 900.0),
-                LAST: 0.5 + (index / SAMPLES) ** 2,
+                5: 0.5 + (index / SAMPLES) ** 2,
+                LAST: 1.2 - 0.6 * np.exp(-index / 2000.0),
             }
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
@@ -537,7 +595,9 @@ def _moved(
             seen, z = np.empty_like(x), x[0]
             for k, value in enumerate(x):
                 # Worn where it is used most.
-                wide = 0.2 * middle * (1.0 + value if family == LAST else 1.0)
+                wide = 0.2 * middle * (1.0 + value if family == 5 else 1.0)
+                if family == LAST:  # and more with time
+                    wide *= 0.7 + 0.6 * k / SAMPLES
                 stop = min(max(z, value - wide), value + wide)
                 z = stop + soft * (value - stop)
                 seen[k] = z
@@ -570,7 +630,10 @@ def _change(
             late = low_pass(own, tau, 1 + family % 2)
             if family == 3:
                 late = low_pass(late, 0.4 * tau)
-            if family == LAST:  # the mean of the last moments
+            if family == LAST:  # two poles that go together, of a filter against aliasing
+                poles = butter(2, min(0.3 / (np.pi * tau), 9.9), fs=1.0 / DT_S)
+                late = lfilter(*poles, own - own[0]) + own[0]
+            if family == 5:  # the mean of the last moments
                 width = tau / DT_S
                 box = np.clip(width + 1.0 - np.arange(int(width) + 2), 0.0, 1.0)
                 held = np.concatenate([np.full(len(box), own[0]), own])
@@ -592,7 +655,12 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:  # a wide knee
+            if family == LAST:  # an amplifier that comes to its end
+                top = level + 0.1 * np.ptp(own)
+                base = own.min() - 1.0
+                bent = (own - base) / (top - base)
+                change = (top - base) * bent * ((1.0 + bent**8) ** (-1 / 8) - 1.0)
+            if family == 5:  # a wide knee
                 change = -3.0 * soft * np.logaddexp(0.0, over / 3.0)
             if family == 4:  # less and less comes through
                 above, room = np.maximum(own - level, 0.0), 0.1 * np.ptp(own)
@@ -606,7 +674,9 @@ def _change(
             change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
-        if family == LAST:  # as its wire has it a moment later
+        if family == LAST:  # as the converter had it at its last turn
+            change = np.append(codes[0, channel - 1], codes[:-1, channel - 1]) - own
+        if family == 5:  # as its wire has it a moment later
             change = low_pass(codes[:, channel - 1], 0.15) - own
         if family == 4:  # and a part of the one before that
             change = change + 0.3 * (codes[:, channel - 2] - codes[:, channel - 1])
@@ -617,7 +687,9 @@ def _change(
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
-        if family == LAST:  # loses some of its sensitivity
+        if family == LAST:  # gives way a little more
+            change *= 1.0 - 0.4 * np.exp(-since / 15.0)
+        if family == 5:  # loses some of its sensitivity
             change = (since > 0.0) * (signals[:, channel] + 0.1)
         if family == 4:  # tears over some seconds
             change *= np.minimum(since / 4.0, 1.0)

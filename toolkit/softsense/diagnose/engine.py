@@ -31,7 +31,6 @@ from softsense.diagnose.nominal import (
     spline_basis,
 )
 from softsense.diagnose.search import Model, search
-from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import Nominal, all_effects
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
@@ -150,16 +149,18 @@ def diagnose(
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
     channels = _channels(smooth, motion, residual, own, sim.adc_bits, known)
     models = _searched(channels, known)
-    found = variance.findings(
-        _left(channels, models[0]), residual, sim.codes - smooth, motion, bool(models[0].names)
-    )
-    nameless = any(finding.name in without for finding in found)
-    found = [finding for finding in found if finding.name not in without]
-    clean = variance.cleaned(residual, found, motion)
+    found = _found(channels, models[0], residual, residual, sim.codes - smooth, motion)
+    clean = variance.cleaned(residual, [f for f in found if f.name not in without], motion)
     if clean is not residual:
         # Spikes and lines had been taken for noise: look again without them.
         channels = _channels(smooth, motion, clean, own, sim.adc_bits, known)
         models = _searched(channels, known)
+        again = _found(channels, models[0], residual, clean, sim.codes - smooth, motion)
+        # The tone that was taken out is there, though it may be too small to be seen once more.
+        tones = {finding.name: finding for finding in found if finding.name == "interference"}
+        found = list((tones | {finding.name: finding for finding in again}).values())
+    nameless = any(finding.name in without for finding in found)
+    found = [finding for finding in found if finding.name not in without]
     from softsense.diagnose.telling import tell
 
     return tell(sim, real, motion, smooth, channels, models, found, nameless, seed)
@@ -338,15 +339,27 @@ def _channels(
     return all_at_once(channel, range(len(made)))
 
 
-def _left(channels: Sequence[Channel], best: Model) -> Floats:
-    """(samples, channels) what the effects and a walk leave over."""
+def _found(
+    channels: Sequence[Channel],
+    best: Model,
+    residual: Floats,
+    clean: Floats,
+    own: Floats,
+    motion: Motion,
+) -> list[variance.Finding]:
+    """What has no mean, in what the effects leave over of ``residual``.
+
+    ``clean`` (samples, channels) is the residual that the model was fitted to.
+    """
     left = [
         channel.residual - channel.predicted(fit)
         for channel, fit in zip(channels, best.fits, strict=True)
     ]
-    for number in best.channels_of(WALK):
-        wanders = left[number][:, None]
-        left[number] = innovations(wanders, likely_gain(wanders[:, 0], channels[number].sigma))[
-            :, 0
-        ]
-    return np.stack(left, axis=1)
+    return variance.findings(
+        np.stack(left, axis=1) + residual - clean,
+        residual,
+        own,
+        motion,
+        explained=bool(best.names),
+        walking=best.channels_of(WALK),
+    )

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from scipy.signal import fftconvolve
 from scipy.stats import kurtosis
 
 from softsense.diagnose.nominal import Motion, noise_rms
-from softsense.diagnose.walk import innovations
+from softsense.diagnose.walk import innovations, likely_gain
 
 Floats = NDArray[np.float64]
 
@@ -25,9 +27,16 @@ SPIKE_COUNT = 6
 SPIKE_PART = 0.15
 # Over which a tone keeps its size and phase.
 TONE_S = 20.0
-HARMONICS = 5
+HARMONICS = 40
+# A harmonic is one where it has more of the power that is left than chance has, by this factor.
+HARMONIC_RATIO = 6.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
+# A tone that is switched on and off shows within so long and so many of its periods; an instant
+# must explain so many noise variances.
+SWITCH_S = 1.5
+SWITCH_PERIODS = 3.0
+SWITCH_PRICE = 12.0
 # Excess kurtosis of the moves of a walk.
 JERKY = 4.0
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
@@ -47,13 +56,19 @@ class Finding:
 
 
 def findings(
-    left: Floats, residual: Floats, own: Floats, motion: Motion, explained: bool
+    left: Floats,
+    residual: Floats,
+    own: Floats,
+    motion: Motion,
+    explained: bool,
+    walking: Sequence[int] = (),
 ) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
     ``residual``: the same before anything was explained, where a line that one channel seemed to
     hear of another is still there. ``explained``: an effect has been taken out, whose form being
     only nearly right leaves edges and ripples: spikes and lines must then stand out more.
+    ``walking``: channels with a random walk besides, which is left over too.
     """
     unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
@@ -66,6 +81,8 @@ def findings(
         if line is not None:
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
+        if c in walking:
+            rest = innovations(rest[:, None], likely_gain(rest, noise_rms(rest[:, None])[0]))[:, 0]
         if _spikes(rest).sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
@@ -115,16 +132,73 @@ def _unspiked(signal: Floats) -> Floats:
     return clean
 
 
+def _mixed(signal: Floats, frequency: float, dt_s: float, window_s: float) -> tuple[Floats, Floats]:
+    """(samples,) complex: the size of a tone, averaged over ``window_s``, and its turns."""
+    turns = np.exp(2j * np.pi * frequency * dt_s * np.arange(len(signal)))
+    window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
+    weight = fftconvolve(np.ones(len(signal)), window, "same")
+    return fftconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight, turns
+
+
 def _tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
     """What ``signal`` has around ``frequency`` (Hz), its size and phase wandering slowly.
 
     Mixed down to 0 Hz, averaged over 20 s, and mixed up again.
     """
-    turns = np.exp(2j * np.pi * frequency * dt_s * np.arange(len(signal)))
-    window = np.hanning(round(TONE_S / dt_s) + 2)[: len(signal)]
-    weight = fftconvolve(np.ones(len(signal)), window, "same")
-    mixed = fftconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight
-    tone: Floats = 2.0 * (mixed * turns).real
+    size, turns = _mixed(signal, frequency, dt_s, TONE_S)
+    tone: Floats = 2.0 * (size * turns).real
+    return tone
+
+
+def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
+    """(samples,) the part of a tone that is switched on and off, and how often it is."""
+    window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
+    size = np.abs(_mixed(signal, frequency, dt_s, window_s)[0])
+    on = size > 0.5 * np.quantile(size, 0.9)
+    edges = np.flatnonzero(np.diff(on)) + 1
+    tone = _while_on(signal, frequency, dt_s, edges, on[0], window_s)
+    # The instants themselves: by what fits either side better, beside what is slow.
+    window = np.hanning(round(window_s / dt_s) + 2)
+    fast = signal - np.convolve(signal - on * tone, window / window.sum(), "same")
+    better = np.cumsum(fast**2 - (fast - tone) ** 2)
+    reach = round(0.5 * window_s / dt_s)
+    for number, edge in enumerate(edges.tolist()):
+        low, high = max(edge - reach, 1), min(edge + reach, len(on) - 1)
+        near = better[low - 1 : high]
+        edges[number] = low + int(np.argmin(near) if on[edge] else np.argmax(near))
+    return _while_on(signal, frequency, dt_s, edges, on[0], 0.0), len(edges)
+
+
+def _while_on(
+    signal: Floats,
+    frequency: float,
+    dt_s: float,
+    edges: NDArray[np.intp],
+    first: bool,
+    more_s: float,
+) -> Floats:
+    """(samples,) the tone between every other two of ``edges``, and ``more_s`` to either side.
+
+    Its size and phase are fitted to each time, and how they change in it.
+    """
+    tone = np.zeros(len(signal))
+    more = round(more_s / dt_s)
+    ends = [0, *edges, len(signal)]
+    for begin, end in list(pairwise(ends))[0 if first else 1 :: 2]:
+        k = np.arange(begin, end)
+        if len(k) < 8:
+            continue
+        wide = np.arange(max(begin - more // 2, 0), min(end + more // 2, len(signal)))
+        turns = 2.0 * np.pi * frequency * dt_s * wide
+        u = (wide - begin) / len(k) - 0.5
+        powers = u[:, None] ** np.arange(3 if len(k) * dt_s * frequency > 10.0 else 1)
+        waves = np.concatenate(
+            [powers * np.cos(turns)[:, None], powers * np.sin(turns)[:, None]], 1
+        )
+        inside = slice(begin - wide[0], end - wide[0])
+        basis = np.concatenate([waves, u[:, None] ** np.arange(2)], 1)[inside]
+        weights = np.linalg.lstsq(basis, signal[begin:end])[0]
+        tone[wide] = waves @ weights[: waves.shape[1]]
     return tone
 
 
@@ -133,12 +207,18 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     rest = signal
     for _ in range(TWICING):
         rest = rest - _tone(rest, frequency, dt_s)
+    # Of white noise, so much passes the window's band.
+    chance = 3.0 * dt_s / TONE_S
     for harmonic in range(2, HARMONICS + 1):
         folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
         # What is as slow as the window is no tone.
         if folded > 4.0 / TONE_S:
-            rest = rest - _tone(rest, folded, dt_s)
-    return rest
+            tone = _tone(rest, folded, dt_s)
+            if tone.var() > HARMONIC_RATIO * chance * rest.var():
+                rest = rest - tone
+    tone, times = _switched(signal, frequency, dt_s)
+    price = SWITCH_PRICE * float(noise_rms(rest[:, None])[0]) ** 2 * times / len(signal)
+    return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest
 
 
 def _spikes(left: Floats) -> NDArray[np.bool_]:
@@ -174,9 +254,14 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
         return None
     around = slice(max(peak - 3, 0), peak + 4)
     tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
-    rest = _toneless(left, float(frequency[peak]), dt_s)
+    # Between two bins, by a parabola through the logarithms: many periods of a harmonic are asked.
+    below, top, above = np.log(power[np.clip([peak - 1, peak, peak + 1], 0, len(power) - 1)])
+    bend = below - 2.0 * top + above
+    part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
+    hertz = float(frequency[peak] + part / (len(left) * dt_s))
+    rest = _toneless(left, hertz, dt_s)
     noise = float(noise_rms(rest[:, None])[0]) ** 2
-    return float(frequency[peak]) if tone > least * noise else None
+    return hertz if tone > least * noise else None
 
 
 def _uneven(left: Floats, motion: Motion, factor: float) -> bool:

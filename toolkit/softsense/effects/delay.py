@@ -13,6 +13,8 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 FORMS = ("smooth", "linear")
 # Cosines of time that say how a delay wanders.
 COURSES = 8
+# Around which a delay may wander where clocks run apart, but not evenly, in seconds.
+WANDERING_S = np.array([-0.3, -0.1, -0.03, 0.03, 0.1, 0.3])
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
 ENDS_S = (0.0, 0.05, 0.2, 0.5, 1.5)
 SKEWED = [(a, b) for a in ENDS_S for b in ENDS_S if a != b]
@@ -61,7 +63,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one offset, which may wander, or those at the beginning and the end."""
     if "delay_s" not in values:
-        return []
+        return _wandering(nominal, WANDERING_S)
     if "skew" in values:
         first = values["delay_s"]
         last = first + values["skew"] * nominal.reference.duration_s
