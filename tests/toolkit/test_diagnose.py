@@ -268,6 +268,7 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("delay", apart),
         ("delay", wander),
         ("delay", runs_off),
+        ("adc_nonlinearity", codes + 15.0 * (np.rint(codes).astype(int) >> 8 & 1)),
         ("lag", line),
         ("crosstalk", kept),
     ):

@@ -77,12 +77,14 @@ def findings(
     for c in range(left.shape[1]):
         # Each is looked for without the others: a tone hides spikes, and both pass for noise.
         rest = left[:, c]
-        line = _line(_unspiked(rest), motion.dt_s, 2.0 if explained else 0.28)
+        # What a walk follows may swing with the motion, and is no tone.
+        news = _news(rest) if c in walking else rest
+        line = _line(_unspiked(news), motion.dt_s, 2.0 if explained else 0.28)
         if line is not None:
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
-        if c in walking:
-            rest = innovations(rest[:, None], likely_gain(rest, noise_rms(rest[:, None])[0]))[:, 0]
+            news = _news(rest) if c in walking else rest
+        rest = news
         if _spikes(rest).sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
@@ -103,6 +105,12 @@ def findings(
     if loud:
         result.append(Finding("noise", tuple(loud), max(loud.values()), "rms_codes"))
     return result
+
+
+def _news(signal: Floats) -> Floats:
+    """What of ``signal`` (samples,) a random walk in it does not foretell."""
+    gain = likely_gain(signal, float(noise_rms(signal[:, None])[0]))
+    return innovations(signal[:, None], gain)[:, 0]
 
 
 def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:

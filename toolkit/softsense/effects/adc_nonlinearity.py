@@ -6,6 +6,11 @@ import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
+# Taps of a converter's string of resistors, over the span of a signal.
+RUNGS = 12
+# Bits that weigh enough to be seen when they are wrong.
+BITS = range(4, 12)
+
 
 def simulate(
     u: Floats, context: Context, values: Values, form: str, state: State | None
@@ -31,7 +36,22 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
+        Candidate(_ladder(nominal.share), {}, "ladder", curved=True, pliable=True),
+        Candidate(_bits(nominal.u), {}, "bits"),
     ]
+
+
+def _bits(codes: Floats) -> Floats:
+    """(samples, bits) which of its capacitors a converter had switched on: of one that weighs
+    wrong, or is stuck, all codes with its bit are off."""
+    set_ = np.clip(np.rint(codes), 0, None).astype(np.int64)[:, None] >> np.array(BITS) & 1
+    return np.asarray(set_ * 10.0)
+
+
+def _ladder(share: Floats) -> Floats:
+    """(samples, RUNGS) what each of so many uneven resistors is too large by: straight between."""
+    at = np.clip(share, 0.0, 1.0) * (RUNGS - 1)
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(RUNGS)), 0.0) * 10.0
 
 
 EFFECT = Effect(
