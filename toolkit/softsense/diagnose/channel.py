@@ -42,6 +42,9 @@ CURVED_SHARE = 0.006
 FORM_SHARE = 0.006
 # The same where every equation is exact: play, delays, circuits.
 EXACT_SHARE = 0.002
+# Of two effects that leave nearly nothing both are right, whatever the gap: such a share is no more
+# than so many times what is left.
+SHARE_OF_LEFT = 2.0
 # Standard deviation of a weight that physics fixes at 1, beside other effects.
 LEEWAY = 0.03
 # A residual within this much of what the simulation has of its own (over the noise) is no gap.
@@ -302,15 +305,21 @@ class Channel:
             count = len(fit.picks) + len(self._cancelling(fit))
             price += self.effect_price * count
             share = EXACT_SHARE if self.exact(fit) else FORM_SHARE
-            price += share * self.excess * max(count - 1, 0)
+            price += self._share_price(share, fit) * max(count - 1, 0)
         picks = [pick for pick in fit.picks if pick[0] != WALK]
         if any(self.entries[name][number].candidate.curved for name, number in picks):
             price += self._curved_price
         if fit.static is not None and len(fit.static) == 1:
-            price += OFFSET_PRICE * self.samples + OFFSET_SHARE * self.excess
+            price += OFFSET_PRICE * self.samples + self._share_price(OFFSET_SHARE, fit)
         elif fit.static is not None:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
+
+    def _share_price(self, share: float, fit: Fit) -> float:
+        """This share of the gap, or less where a fit without a walk leaves nearly nothing of it."""
+        if (WALK, 0) in fit.picks:
+            return share * self.excess
+        return min(share * self.excess, SHARE_OF_LEFT * max(self.left(fit), 0.0))
 
     @property
     def least_with_walk(self) -> float:
