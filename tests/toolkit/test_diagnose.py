@@ -275,6 +275,19 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
 
 
+def test_a_small_effect_shows_beside_a_large_one_that_is_right() -> None:
+    """A gain of 1.5 % under a step of 80 codes; these channels are all alike, and so it could be
+    crosstalk."""
+    x, codes = clean(5)
+    late = (np.arange(SAMPLES) > 0.55 * SAMPLES)[:, None]
+    diagnosis = diagnose(
+        recorded(x, codes, 1), recorded(x, codes + 0.015 * (codes - codes[0]) + 80.0 * late, 2)
+    )
+    step, other = diagnosis.effects
+    assert (step, other in ("gain", "crosstalk")) == ("step", True)
+    assert not diagnosis.data["unexplained"]["unknown_effect"]
+
+
 def test_heavy_tails_are_no_spikes_and_harmonics_no_noise() -> None:
     x, codes = clean(14)
     rng = np.random.default_rng(3)
