@@ -21,6 +21,9 @@ NOISE_FACTOR = 2.5
 LINE_RATIO = 18.0
 # Lines of two channels are one within this.
 SAME_HZ = 0.05
+# So much stronger than by the motion's strongest lines is one that the motion does not make.
+MOTION_LINES = 10
+BEYOND_MOTION = 30.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
 # Of the samples that are half as far as a spike is, so many must be spikes.
@@ -72,14 +75,18 @@ def findings(
     """
     unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
+    least = 2.0 if explained else 0.28
     spiky, lines, loud = [], {}, {}
     there = noise_rms(own)
     for c in range(left.shape[1]):
         # Each is looked for without the others: a tone hides spikes, and both pass for noise.
         rest = left[:, c]
-        # What a walk follows may swing with the motion, and is no tone.
         news = _news(rest) if c in walking else rest
-        line = _line(_unspiked(news), motion.dt_s, 2.0 if explained else 0.28)
+        line = _line(_unspiked(news), motion.dt_s, least)
+        if c in walking:
+            # A walk follows a slow tone too; but also what swings with the motion, which is none.
+            line = line or _line(_unspiked(rest), motion.dt_s, least)
+            line = None if line is not None and _moves(rest, motion, line) else line
         if line is not None:
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
@@ -242,19 +249,39 @@ def _spikes(left: Floats) -> NDArray[np.bool_]:
     return hit
 
 
-def _line(left: Floats, dt_s: float, least: float) -> float | None:
-    """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz."""
-    window = np.hanning(len(left))
-    power = np.abs(np.fft.rfft((left - left.mean()) * window)) ** 2
-    frequency = np.fft.rfftfreq(len(left), dt_s)
+def _moves(left: Floats, motion: Motion, frequency: float) -> bool:
+    """Whether ``left`` has a line at ``frequency`` (Hz) as it has others that the motion makes."""
+    power, at, _ = _spectrum(left, motion.dt_s)
+    near = np.abs(at - frequency) < SAME_HZ
+    rate = np.gradient(motion.strain)
+    for signal in (motion.strain, motion.strain**2, motion.strain**3, rate**2, np.abs(rate)):
+        cause = _spectrum(signal, motion.dt_s)[0]
+        others = np.argsort(np.where(near, 0.0, cause))[-MOTION_LINES:]
+        usual = float((power[others] / cause[others]).max())
+        if power[near].max() < BEYOND_MOTION * usual * cause[near].max():
+            return True
+    return False
+
+
+def _spectrum(signal: Floats, dt_s: float) -> tuple[Floats, Floats, Floats]:
+    """(frequencies,) power, hertz above 0.3, and the power of what surrounds them."""
+    power: Floats = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
+    frequency: Floats = np.fft.rfftfreq(len(signal), dt_s).astype(np.float64)
     keep = frequency > 0.3
     power, frequency = power[keep], frequency[keep]
     half = 60
-    if np.std(left) < 1.0:
-        return None
     padded = np.pad(power, half, mode="reflect")
     local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[::8], axis=1)
-    floor = np.repeat(local, 8)[: len(power)] / np.log(2.0)
+    floor: Floats = np.repeat(local, 8)[: len(power)] / np.log(2.0)
+    return power, frequency, floor
+
+
+def _line(left: Floats, dt_s: float, least: float) -> float | None:
+    """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz."""
+    if np.std(left) < 1.0:
+        return None
+    window = np.hanning(len(left))
+    power, frequency, floor = _spectrum(left, dt_s)
     # The largest of n exponential values is about log n: ask for far more than that, and for a
     # tone that is itself as large as the noise beside it.
     peak = int(np.argmax(power / floor))

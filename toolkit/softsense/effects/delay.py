@@ -68,7 +68,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         first = values["delay_s"]
         last = first + values["skew"] * nominal.reference.duration_s
         reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
-        return _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
+        even = _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
+        return even + _wandering(nominal, np.array([0.25, 0.5, 0.75]) * (first + last))
     near_s = values["delay_s"] * np.geomspace(0.8, 1.25, 15)
     return _traces(nominal, near_s, FORMS) + _wandering(nominal, near_s[1::6])
 
