@@ -1,13 +1,14 @@
 """Measures of information: time, error against known truth, and how well they foretell accuracy.
 
-    python tests/benchmarks/selection/measures.py [RECORDING] [--target NAME] [--json FILE]
+    python tests/benchmarks/selection/measures.py [RECORDING] [--target NAME] [--mitoolbox FILE]
+                                                   [--json FILE]
 
 Without a recording, the built-in linear rig (seven sensors, 8000 samples). Prints, from one run:
 
 - CPU time of the plug-in measure, and its largest difference, against numpy's sorting of joint
   states, scikit-learn's mutual_info_score and (where it is installed) pyitlib, a toolkit of
-  discrete information. MIToolbox, which the paper used, is C and MATLAB without a Python package;
-  it computes the same sums, so these stand for it;
+  discrete information; with --mitoolbox FILE also against MIToolbox, which the paper used: it is C
+  without a Python package, and FILE is the library that its own make builds (libMIToolbox.so);
 - CPU time of the score against scikit-learn's mutual_info_regression;
 - error in bits on Gaussians;
 - with --accuracy DIR (the folder of ``softsense train --all`` on the same recording), Spearman
@@ -17,6 +18,7 @@ Without a recording, the built-in linear rig (seven sensors, 8000 samples). Prin
 from __future__ import annotations
 
 import argparse
+import ctypes
 import importlib
 import json
 import sys
@@ -100,7 +102,35 @@ def pyitlib_information(codes: np.ndarray, label: np.ndarray) -> list[float] | N
     return result
 
 
-def plug_in_peers(rec: Recording) -> list[dict[str, Any]]:
+def mitoolbox_information(library: Path) -> Callable[[np.ndarray, np.ndarray], list[float]]:
+    """Plug-in I(S;Y) of every subset by MIToolbox's own routines."""
+    tool = ctypes.CDLL(str(library.resolve()))
+    tool.calcMutualInformation.restype = ctypes.c_double
+
+    def information(codes: np.ndarray, label: np.ndarray) -> list[float]:
+        samples = len(label)
+        states, target = np.zeros(samples, np.intc), label.astype(np.intc)
+        result = []
+        for chosen in every_subset(codes.shape[1]):
+            columns = np.ascontiguousarray(codes[:, chosen].T, np.float64)
+            tool.mergeMultipleArrays(
+                columns.ctypes.data_as(ctypes.c_void_p),
+                states.ctypes.data_as(ctypes.c_void_p),
+                len(chosen),
+                samples,
+            )
+            bits = tool.calcMutualInformation(
+                states.ctypes.data_as(ctypes.c_void_p),
+                target.ctypes.data_as(ctypes.c_void_p),
+                samples,
+            )
+            result.append(float(bits))
+        return result
+
+    return information
+
+
+def plug_in_peers(rec: Recording, mitoolbox: Path | None) -> list[dict[str, Any]]:
     """CPU seconds for all subsets, and the largest difference from ours in bits."""
     codes, label = rec.codes, labels_of(rec.target)[:, 0]
     own, joint, target = subset_entropies(codes, label)
@@ -115,6 +145,8 @@ def plug_in_peers(rec: Recording) -> list[dict[str, Any]]:
         "sklearn mutual_info_score": scored_information,
         "pyitlib": pyitlib_information,
     }
+    if mitoolbox is not None:
+        peers["MIToolbox"] = mitoolbox_information(mitoolbox)
     for name, peer in peers.items():
         begin = time.process_time()
         theirs = peer(codes, label)
@@ -225,6 +257,7 @@ def main() -> int:
     parser.add_argument("recording", nargs="?", type=Path)
     parser.add_argument("--target", default="strain")
     parser.add_argument("--accuracy", type=Path, metavar="DIR")
+    parser.add_argument("--mitoolbox", type=Path, metavar="FILE")
     parser.add_argument("--json", type=Path, metavar="FILE")
     args = parser.parse_args()
     if args.recording is None:
@@ -238,7 +271,10 @@ def main() -> int:
         sklearn_s = best_s(
             lambda: mutual_info_regression(rec.codes, rec.target[:, 0], random_state=0), 2
         )
-        result: dict[str, Any] = {"plug_in": plug_in_times(rec), "peers": plug_in_peers(rec)}
+        result: dict[str, Any] = {
+            "plug_in": plug_in_times(rec),
+            "peers": plug_in_peers(rec, args.mitoolbox),
+        }
         result["score"] = {
             "subsets": len(ranking.subsets),
             **{f"{name}_s": value for name, value in ranking.seconds.items()},
