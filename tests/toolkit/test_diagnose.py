@@ -288,6 +288,12 @@ def test_a_small_effect_shows_beside_a_large_one_that_is_right() -> None:
     assert not diagnosis.data["unexplained"]["unknown_effect"]
 
 
+def test_a_slow_recording_has_no_tones() -> None:
+    left = np.random.default_rng(0).normal(size=(600, 2)) * 3.0
+    motion = motion_of(np.linspace(0.0, 1.0, 600), 5.0, 0.0, None)
+    assert findings(left, left, left, motion, False) == []
+
+
 def test_heavy_tails_are_no_spikes_and_harmonics_no_noise() -> None:
     x, codes = clean(14)
     rng = np.random.default_rng(3)

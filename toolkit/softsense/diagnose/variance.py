@@ -15,10 +15,13 @@ from softsense.diagnose.nominal import Motion, noise_rms
 from softsense.diagnose.walk import innovations, likely_gain
 
 Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 # Real and simulated noise differ anyway by up to this factor.
 NOISE_FACTOR = 2.5
 LINE_RATIO = 18.0
+# What is slower is motion.
+LEAST_HZ = 0.3
 # Lines of two channels are one within this.
 SAME_HZ = 0.05
 # So much stronger than by the motion's strongest lines is one that the motion does not make.
@@ -147,8 +150,10 @@ def _unspiked(signal: Floats) -> Floats:
     return clean
 
 
-def _mixed(signal: Floats, frequency: float, dt_s: float, window_s: float) -> tuple[Floats, Floats]:
-    """(samples,) complex: the size of a tone, averaged over ``window_s``, and its turns."""
+def _mixed(
+    signal: Floats, frequency: float, dt_s: float, window_s: float
+) -> tuple[Complex, Complex]:
+    """(samples,) half the size and phase of a tone, averaged over ``window_s``, and its turns."""
     turns = np.exp(2j * np.pi * frequency * dt_s * np.arange(len(signal)))
     window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
     weight = fftconvolve(np.ones(len(signal)), window, "same")
@@ -264,10 +269,10 @@ def _moves(left: Floats, motion: Motion, frequency: float) -> bool:
 
 
 def _spectrum(signal: Floats, dt_s: float) -> tuple[Floats, Floats, Floats]:
-    """(frequencies,) power, hertz above 0.3, and the power of what surrounds them."""
+    """(frequencies,) power, hertz above ``LEAST_HZ``, and the power of what surrounds them."""
     power: Floats = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
     frequency: Floats = np.fft.rfftfreq(len(signal), dt_s).astype(np.float64)
-    keep = frequency > 0.3
+    keep = frequency > LEAST_HZ
     power, frequency = power[keep], frequency[keep]
     half = 60
     padded = np.pad(power, half, mode="reflect")
@@ -278,7 +283,7 @@ def _spectrum(signal: Floats, dt_s: float) -> tuple[Floats, Floats, Floats]:
 
 def _line(left: Floats, dt_s: float, least: float) -> float | None:
     """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz."""
-    if np.std(left) < 1.0:
+    if np.std(left) < 1.0 or 0.5 / dt_s <= LEAST_HZ:
         return None
     window = np.hanning(len(left))
     power, frequency, floor = _spectrum(left, dt_s)
