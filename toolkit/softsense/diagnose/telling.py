@@ -93,8 +93,10 @@ def tell(
     ``nameless``: something without a mean was found beside ``found``, which shall not be known.
     """
     jerky = _jerky(channels, models[0])
-    if (jerky and len(models[0].names) > 1) or _driven(channels, models[0], motion):
-        # What another effect leaves over, its form being only nearly right, is no walk.
+    beside = len(models[0].names) > 1
+    if (beside and (jerky or _common(channels, models[0]))) or _driven(channels, models[0], motion):
+        # What another effect leaves over, its form being only nearly right, is no walk: it is alike
+        # on all its channels.
         models = [made for made in models if WALK not in made.names]
         jerky = False
     best = models[0]

@@ -10,6 +10,9 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 RUNGS = 12
 # Bits that weigh enough to be seen when they are wrong.
 BITS = range(4, 12)
+# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
+MARGIN = 0.05
+LARGEST = 0.15
 
 
 def simulate(
@@ -36,22 +39,25 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
-        Candidate(_ladder(nominal.share), {}, "ladder", curved=True, pliable=True),
-        Candidate(_bits(nominal.u), {}, "bits"),
+        Candidate(_ladder(nominal), {}, "ladder", curved=True, pliable=True, largest=LARGEST),
+        Candidate(_bits(nominal), {}, "bits", largest=LARGEST),
     ]
 
 
-def _bits(codes: Floats) -> Floats:
+def _bits(nominal: Nominal) -> Floats:
     """(samples, bits) which of its capacitors a converter had switched on: of one that weighs
-    wrong, or is stuck, all codes with its bit are off."""
-    set_ = np.clip(np.rint(codes), 0, None).astype(np.int64)[:, None] >> np.array(BITS) & 1
-    return np.asarray(set_ * 10.0)
+    wrong, or is stuck, all codes with its bit are off. Of those that the reference moves."""
+    bits = np.array(BITS)
+    low, high = nominal.low + MARGIN * nominal.span, nominal.low + (1 - MARGIN) * nominal.span
+    moved = int(low) >> bits != int(high) >> bits
+    set_ = np.clip(np.rint(nominal.u), 0, None).astype(np.int64)[:, None] >> bits & 1
+    return np.asarray(set_ * moved * nominal.span)
 
 
-def _ladder(share: Floats) -> Floats:
+def _ladder(nominal: Nominal) -> Floats:
     """(samples, RUNGS) what each of so many uneven resistors is too large by: straight between."""
-    at = np.clip(share, 0.0, 1.0) * (RUNGS - 1)
-    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(RUNGS)), 0.0) * 10.0
+    at = np.clip(nominal.share, 0.0, 1.0) * (RUNGS - 1)
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(RUNGS)), 0.0) * nominal.span
 
 
 EFFECT = Effect(
