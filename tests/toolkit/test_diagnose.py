@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import butter, lfilter
 
 import softsense as ss
 from softsense.cli.main import main
@@ -26,8 +27,6 @@ SAMPLES = 6000
 
 def clean(seed: int, samples: int = SAMPLES, start: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Strain share (samples,) and noiseless nominal codes (samples, 4), one physics for all."""
-    from scipy.signal import lfilter
-
     x = random_motion(samples + start, 1 / RATE_HZ, seed)[start:]
     rng = np.random.default_rng(99)
     columns = []
@@ -58,8 +57,6 @@ def recorded(x: np.ndarray, codes: np.ndarray, seed: int, noise: float = 1.3) ->
 
 def filtered(codes: np.ndarray, tau_s: float) -> np.ndarray:
     """Codes (samples, channels) behind a resistor and a capacitor."""
-    from scipy.signal import lfilter
-
     kept = np.exp(-1.0 / (RATE_HZ * tau_s))
     settled = kept * codes[:1]
     return lfilter([1.0 - kept], [1.0, -kept], codes, axis=0, zi=settled)[0]
@@ -258,6 +255,7 @@ def test_effects_of_other_equations_keep_their_names() -> None:
     wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
     wander = np.stack([np.interp(wandering, index, c) for c in codes.T], axis=1)
     quick = index - 0.6 - 1.5 * (index / SAMPLES) ** 2
+    coupled = lfilter(*butter(2, 1.5, fs=RATE_HZ), codes - codes[0], axis=0) + codes[0]
     runs_off = np.stack([np.interp(quick, index, c) for c in codes.T], axis=1)
     line = filtered(filtered(codes, 0.7), 0.1)
     kept = codes.copy()
@@ -270,6 +268,7 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("delay", runs_off),
         ("adc_nonlinearity", codes + 15.0 * (np.rint(codes).astype(int) >> 8 & 1)),
         ("lag", line),
+        ("lag", coupled),
         ("crosstalk", kept),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import cont2discrete, lfilter
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass
 
 # The second of two poles, of the first.
 SECOND = (0.12, 0.25, 0.5)
+# Of two poles that are coupled: Chebyshev, Butterworth and Bessel filters are in between.
+DAMPINGS = (0.5, 0.7, 0.87)
 
 
 def simulate(
@@ -28,11 +30,14 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """The filtered signal less the signal itself, weight 1, one pole and two."""
-    return [c for c in _traces(nominal, np.geomspace(0.01, 4.0, 27)) if c.form == "circuit"]
+    alone = [c for c in _traces(nominal, np.geomspace(0.01, 4.0, 27)) if c.form == "circuit"]
+    return alone + _coupled(nominal, np.geomspace(0.015, 1.0, 14), DAMPINGS[1:2])
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one time constant, and a second pole that is faster."""
+    """The same around one time constant, and a second pole that is faster, or coupled."""
+    if "damping" in values:
+        return _coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS)
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
     return _traces(nominal, times_s) + _two_poles(nominal, times_s[1::2])
 
@@ -67,6 +72,20 @@ def _two_poles(nominal: Nominal, times_s: Floats) -> list[Candidate]:
             column = (y[:, 0] - nominal.u)[nominal.keep, None]
             values = {"tau_s": float(tau_s), "poles": 2.0, "second": part}
             result.append(Candidate(column.copy(), values, "unequal", fixed=True))
+    return result
+
+
+def _coupled(nominal: Nominal, times_s: Floats, dampings: Sequence[float]) -> list[Candidate]:
+    """1 / (1 + 2 damping tau p + (tau p)^2): two poles of one active filter, against aliasing."""
+    u, result = nominal.u, []
+    for tau_s in times_s:
+        for damping in dampings:
+            system = ([1.0], [tau_s**2, 2.0 * damping * tau_s, 1.0])
+            top, bottom, _ = cont2discrete(system, nominal.dt_s, "foh")
+            y = lfilter(top.ravel(), bottom, u - u[0]) + u[0]
+            values = {"tau_s": float(tau_s), "poles": 2.0, "damping": float(damping)}
+            column = (y - u)[nominal.keep, None]
+            result.append(Candidate(column.copy(), values, "coupled", fixed=True))
     return result
 
 
