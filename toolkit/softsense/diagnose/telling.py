@@ -54,6 +54,8 @@ NEAR = 5
 RETUNE_SHOWN = 0.4
 RETUNE_ALIKE = 0.8
 FLIPS = 999
+# Of longer recordings about so many rows say how well an estimator does.
+ESTIMATED = 50_000
 
 ADVICE = {
     frozenset({"relaxation", "hysteresis"}): "step and hold for at least 10 s, up and down",
@@ -509,14 +511,16 @@ def _estimators(sim: Recording, real: Recording, augmented: Floats) -> tuple[flo
     from sklearn.preprocessing import PolynomialFeatures, StandardScaler
 
     cut = int(0.7 * len(sim))
+    # A few coefficients need no more rows.
+    step = max(2, len(sim) // ESTIMATED)
     truth = real.target[:, 0]
 
     def error(codes: Floats) -> float:
         model = make_pipeline(
             StandardScaler(), PolynomialFeatures(3), StandardScaler(), Ridge(1e-1)
         )
-        model.fit(codes[:cut:2], truth[:cut:2])
-        miss = model.predict(real.codes[cut::2]) - truth[cut::2]
+        model.fit(codes[:cut:step], truth[:cut:step])
+        miss = model.predict(real.codes[cut::step]) - truth[cut::step]
         return float(np.sqrt(np.mean(miss**2)))
 
     real_codes = real.codes.astype(np.float64)
