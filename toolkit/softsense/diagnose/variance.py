@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import fftconvolve
+from scipy.signal import oaconvolve
 from scipy.stats import kurtosis
 
 from softsense.diagnose.nominal import Motion, noise_rms
@@ -156,8 +156,8 @@ def _mixed(
     """(samples,) half the size and phase of a tone, averaged over ``window_s``, and its turns."""
     turns = np.exp(2j * np.pi * frequency * dt_s * np.arange(len(signal)))
     window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
-    weight = fftconvolve(np.ones(len(signal)), window, "same")
-    return fftconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight, turns
+    weight = oaconvolve(np.ones(len(signal)), window, "same")
+    return oaconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight, turns
 
 
 def _tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
@@ -176,6 +176,8 @@ def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, in
     size = np.abs(_mixed(signal, frequency, dt_s, window_s)[0])
     on = size > 0.5 * np.quantile(size, 0.9)
     edges = np.flatnonzero(np.diff(on)) + 1
+    if not len(edges):  # always on: no part of it is switched
+        return np.zeros(len(signal)), 0
     tone = _while_on(signal, frequency, dt_s, edges, on[0], window_s)
     # The instants themselves: by what fits either side better, beside what is slow.
     window = np.hanning(round(window_s / dt_s) + 2)
@@ -229,13 +231,16 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
         rest = rest - _tone(rest, frequency, dt_s)
     # Of white noise, so much passes the window's band.
     chance = 3.0 * dt_s / TONE_S
+    power = 2.0 * np.abs(np.fft.rfft(rest)) ** 2 / len(rest) ** 2
+    per_hz = len(rest) * dt_s
     for harmonic in range(2, HARMONICS + 1):
         folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
         # What is as slow as the window is no tone.
         if folded > 4.0 / TONE_S:
-            tone = _tone(rest, folded, dt_s)
-            if tone.var() > HARMONIC_RATIO * chance * rest.var():
-                rest = rest - tone
+            low, high = ((folded + way * 0.75 / TONE_S) * per_hz for way in (-1.0, 1.0))
+            band = float(power[round(low) : round(high) + 1].sum())
+            if band > HARMONIC_RATIO * chance * rest.var():
+                rest = rest - _tone(rest, folded, dt_s)
     tone, times = _switched(signal, frequency, dt_s)
     price = SWITCH_PRICE * float(noise_rms(rest[:, None])[0]) ** 2 * times / len(signal)
     return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest

@@ -29,7 +29,7 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """The filtered signal less the signal itself, weight 1, one pole and two."""
+    """The filtered signal less the signal itself, weight 1: one pole, and two, apart or coupled."""
     alone = [c for c in _traces(nominal, np.geomspace(0.01, 4.0, 27)) if c.form == "circuit"]
     return alone + _coupled(nominal, np.geomspace(0.015, 1.0, 14), DAMPINGS[1:2])
 
