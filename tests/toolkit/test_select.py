@@ -157,6 +157,20 @@ def test_held_out_error_is_that_of_refitting_without_each_fold() -> None:
         np.testing.assert_allclose(fitted.errors, own.errors, rtol=1e-8)
 
 
+def test_smaller_subsets_need_no_stronger_ridge_than_larger_ones() -> None:
+    """What is passed over to save time must not have been the better choice."""
+    rng = np.random.default_rng(8)
+    x = rng.uniform(-1, 1, (2000, 4))
+    for noise in (0.001, 0.1, 3.0):
+        y = (x[:, 0] * x[:, 1] + x[:, 2] ** 3 + noise * rng.normal(size=2000))[:, None]
+        known = polynomial.moments(x, y, np.ones(2000))
+        fitted = polynomial.every_subset(known, 4)
+        assert len(fitted) == 15
+        for chosen, one in fitted.items():
+            ridges = [polynomial.held_out(known, chosen, [ridge]) for ridge in polynomial.RIDGES]
+            assert one.error <= 1.01 * min(free.error for free in ridges)
+
+
 def test_features_are_chebyshev_products() -> None:
     products = polynomial.basis(2, 3)
     x = np.random.default_rng(0).uniform(-1, 1, (50, 2))

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations_with_replacement
+from itertools import combinations, combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,12 @@ from scipy.linalg.lapack import dposv
 
 Floats = NDArray[np.float64]
 
-DEGREE = 4
-# Folds are contiguous: in time, or in whatever order the samples are handed over.
-FOLDS = 10
-# Per sample and squared weight; the best of them by held-out error is taken for each subset.
+DEGREE = 5
+# Folds are contiguous: in time, or in whatever order the samples are handed over. Folds of samples
+# drawn at random are alike and few tell as much as many; stretches of time are not.
+FOLDS = 4
+STRETCHES = 10
+# Per sample and squared weight, ascending; the best by held-out error is taken for each subset.
 RIDGES = (1e-7, 1e-5, 1e-3)
 
 
@@ -81,20 +83,23 @@ class HeldOut:
     mean. ``weights``: (folds, features of ``part``, targets).
     """
 
+    ridge: float
     errors: Floats
     error: float
     part: NDArray[np.intp]
     weights: Floats
 
 
-def moments(x: Floats, y: Floats, weights: Floats, degree: int = DEGREE) -> Moments:
+def moments(
+    x: Floats, y: Floats, weights: Floats, degree: int = DEGREE, folds: int = FOLDS
+) -> Moments:
     """Moments of sensors ``x`` in [-1, 1] with centred targets ``y``, (samples, …) each.
 
     ``weights`` (samples,) counts each sample so many times.
     """
     products = basis(x.shape[1], degree)
     features, gram, cross, square, mass = [], [], [], [], []
-    for part in np.array_split(np.arange(len(x)), FOLDS):
+    for part in np.array_split(np.arange(len(x)), folds):
         own = products.features(x[part])
         root = np.sqrt(weights[part, None])
         rooted = own * root
@@ -113,16 +118,34 @@ def moments(x: Floats, y: Floats, weights: Floats, degree: int = DEGREE) -> Mome
     )
 
 
-def held_out(known: Moments, subset: Sequence[int]) -> HeldOut:
-    """The ridge regression of ``subset``, at the ridge whose held-out error is least."""
+def every_subset(known: Moments, size: int) -> dict[tuple[int, ...], HeldOut]:
+    """The ridge regression of every subset of up to ``size`` sensors.
+
+    The largest choose their ridge freely. A smaller one has less to restrain, and is not asked for
+    a stronger ridge than all that are one sensor larger needed.
+    """
+    sensors = range(known.basis.exponents.shape[1])
+    fitted: dict[tuple[int, ...], HeldOut] = {}
+    strongest: dict[tuple[int, ...], float] = {}
+    for count in range(size, 0, -1):
+        for chosen in combinations(sensors, count):
+            limit = strongest.get(chosen, RIDGES[-1])
+            one = held_out(known, chosen, [ridge for ridge in RIDGES if ridge <= limit])
+            fitted[chosen] = one
+            for part in combinations(chosen, count - 1):
+                strongest[part] = max(strongest.get(part, 0.0), one.ridge)
+    return fitted
+
+
+def held_out(known: Moments, subset: Sequence[int], ridges: Sequence[float] = RIDGES) -> HeldOut:
+    """The ridge regression of ``subset``, at that of ``ridges`` whose held-out error is least."""
     part = known.basis.part(subset)
-    block = np.ix_(part, part)
-    gram = np.stack([one[block] for one in known.gram])
+    gram = [one.take(part, axis=0).take(part, axis=1) for one in known.gram]
     cross = known.cross[:, part]
-    total, total_cross = gram.sum(axis=0), cross.sum(axis=0)
+    total, total_cross = sum(gram[1:], gram[0]), cross.sum(axis=0)
     whole = float(known.mass.sum())
     best: HeldOut | None = None
-    for ridge in RIDGES:
+    for ridge in ridges:
         errors = np.empty(len(known.mass))
         weights = np.empty_like(cross)
         for fold, mass in enumerate(known.mass):
@@ -134,8 +157,9 @@ def held_out(known: Moments, subset: Sequence[int]) -> HeldOut:
             missed = np.sum(weight * (gram[fold] @ weight - 2.0 * cross[fold]))
             errors[fold] = (known.square[fold] + missed) / mass
         error = _typical(errors, known.mass)
-        if best is None or error < best.error:
-            best = HeldOut(errors, error, part, weights)
+        if best is not None and error >= best.error:
+            break  # still stronger ridges do no better
+        best = HeldOut(ridge, errors, error, part, weights)
     assert best is not None
     return best
 

@@ -221,7 +221,9 @@ def rank(
     if uniform == "resample":
         rec = rec.rows(coverage.uniform_rows(rec.target, seed))
         rec.require_usable()
+    folds = polynomial.STRETCHES
     if unseen == "samples":
+        folds = polynomial.FOLDS
         # In this order contiguous folds are samples from everywhere; all else is free of order.
         rec = rec.rows(np.random.default_rng(seed).permutation(len(rec)))
     weights = coverage.uniform_weights(rec.target) if uniform == "weight" else np.ones(len(rec))
@@ -232,9 +234,9 @@ def rank(
     # One thread: no rounding then depends on the number of cores, and small matrices gain nothing.
     with threadpool_limits(limits=1, user_api="blas"):
         if exhaustive:
-            scored = _exhaustive(rec, size, weights)
+            scored = _exhaustive(rec, size, weights, folds)
         else:
-            scored = _forward(rec, size, weights, criterion)
+            scored = _forward(rec, size, weights, criterion, folds)
     begin = time.process_time()
     counted = _plug_in(rec, list(scored.score), weights, exhaustive)
     plug_in_s = time.process_time() - begin
@@ -322,23 +324,19 @@ def _lower(known: polynomial.Moments, fitted: polynomial.HeldOut, y: Floats) -> 
     return max(nearest_neighbour(estimate[:, t], y[:, t]) for t in range(y.shape[1]))
 
 
-def _exhaustive(rec: Recording, size: int, weights: Floats) -> Scored:
+def _exhaustive(rec: Recording, size: int, weights: Floats, folds: int) -> Scored:
     x, y = _standard(rec, weights)
     sensors = x.shape[1]
     begin = time.process_time()
-    known = polynomial.moments(x, y, weights, _degree(sensors, len(x), 1001))
-    fitted = {
-        chosen: polynomial.held_out(known, chosen)
-        for count in range(1, size + 1)
-        for chosen in combinations(range(sensors), count)
-    }
+    known = polynomial.moments(x, y, weights, _degree(sensors, len(x), 1001), folds)
+    fitted = polynomial.every_subset(known, size)
     score = {chosen: _score(known, one) for chosen, one in fitted.items()}
     scored = time.process_time()
     lower = {chosen: _lower(known, one, y) for chosen, one in fitted.items()}
     return Scored(score, lower, scored - begin, time.process_time() - scored)
 
 
-def _forward(rec: Recording, size: int, weights: Floats, criterion: str) -> Scored:
+def _forward(rec: Recording, size: int, weights: Floats, criterion: str, folds: int) -> Scored:
     """Scores of the candidates of each forward step, or of the criterion's own choices."""
     x, y = _standard(rec, weights)
     score: dict[tuple[int, ...], float] = {}
@@ -347,7 +345,7 @@ def _forward(rec: Recording, size: int, weights: Floats, criterion: str) -> Scor
 
     def evaluate(chosen: tuple[int, ...], bound: bool) -> None:
         degree = _degree(len(chosen), len(x), GREEDY_FEATURES)
-        known = polynomial.moments(x[:, list(chosen)], y, weights, degree)
+        known = polynomial.moments(x[:, list(chosen)], y, weights, degree, folds)
         fitted = polynomial.held_out(known, range(len(chosen)))
         score[chosen] = _score(known, fitted)
         if bound:
