@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 6  # family of the held-out half
+LAST = 7  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -102,10 +102,10 @@ def sensors(
     for _ in range(channels):
         s = rng.uniform(0.3, 1.2) * (y + rng.uniform(-0.3, 0.5) * y**2)
         share, tau_s = rng.uniform(0.05, 0.3), rng.uniform(1.0, 4.0)
-        s = s + factor["relaxation"] * share * (
+        s = s + factor["memory"] * factor["relaxation"] * share * (
             low_pass(s, factor["tau"] * factor["pace"] * tau_s) - s
         )
-        slow = factor["creep"] * rng.uniform(0.02, 0.15)
+        slow = factor["memory"] * factor["creep"] * rng.uniform(0.02, 0.15)
         s = s + slow * (low_pass(s, factor["late"] * factor["pace"] * rng.uniform(8.0, 40.0)) - s)
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
@@ -249,6 +249,30 @@ def _quasi_linear(rng: Random, s: Floats, t: Floats) -> Floats:
     return np.asarray(fftconvolve(elastic, np.diff(share, prepend=0.0))[: len(s)]) - elastic
 
 
+def _enveloped(rng: Random, y: Floats) -> Floats:
+    """Generalised Prandtl and Ishlinskii: the way up and the way down have curves of their own."""
+    rise, fall = rng.uniform(1.0, 2.5, 2)
+    up, down = np.tanh(rise * (y - 0.4)), np.tanh(fall * (y - 0.6))
+    out = np.zeros(len(y))
+    for width in np.linspace(0.03, 0.4, 7):
+        z = 0.0
+        for k in range(len(y)):
+            z = max(up[k] - width, min(down[k] + width, z))
+            out[k] += np.exp(-3.0 * width) * z
+    return out
+
+
+def _uneven(rng: Random, s: Floats) -> Floats:
+    """Recovers more slowly than it relaxes."""
+    tau_s, slower = rng.uniform(3.0, 20.0), rng.uniform(1.5, 3.0)
+    z = np.zeros(len(s))
+    z[0] = s[0]
+    for k in range(1, len(s)):
+        gone = s[k] - z[k - 1]
+        z[k] = z[k - 1] + DT_S / tau_s * (gone if gone > 0.0 else gone / slower)
+    return z - s
+
+
 def _soaked(share: Floats) -> Floats:
     """Crank: how much water has gone into a plate, at this share of its time constant."""
     odd = np.arange(1, 40, 2)
@@ -302,6 +326,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _anhysteretic(rng, y),
             lambda: _stops(rng, y),
             lambda: _sloped(rng, y),
+            lambda: _enveloped(rng, y),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
@@ -311,6 +336,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _logarithmic(rng, s, t),
             lambda: _power_law(rng, s, t),
             lambda: _quasi_linear(rng, s, t),
+            lambda: _uneven(rng, s),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
@@ -320,6 +346,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: -np.expm1(-rng.uniform(0.5, 3.0) * np.sqrt(np.maximum(top - y, 0.0))) * y,
             lambda: np.expm1(-top / rng.uniform(0.2, 1.5)) * s,
             lambda: np.tanh((top**2 - y**2) / (0.2 + 0.5 * top**2)) * y + rng.uniform(0, 0.3) * top,
+            lambda: (1.0 - (y / np.maximum(top, 1e-3)) ** rng.uniform(1.0, 3.0)) * y,
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -333,6 +360,10 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 np.maximum(speed - rng.uniform(0.02, 0.1), 0.0), rng.uniform(0.2, 1.0)
             ),
             lambda: low_pass(np.arcsinh(speed / rng.uniform(0.01, 0.1)), rng.uniform(0.2, 1.0)),
+            lambda: low_pass(
+                np.where(np.gradient(y) > 0.0, speed, rng.uniform(0.2, 0.6) * speed),
+                rng.uniform(0.2, 1.0),
+            ),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
@@ -342,6 +373,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: 1.0 - 1.0 / np.sqrt(1.0 + t / rng.uniform(10.0, 100.0)),
             lambda: -np.expm1(-t / rng.uniform(5.0, 40.0)) - 2.0 * np.expm1(-t / 250.0),
             lambda: _soaked(t / rng.uniform(100.0, 1000.0)),
+            lambda: -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 2)),
         ],
         "gain": [
             lambda: s - s[0],
@@ -351,6 +383,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (s - s[0]) * np.log1p(np.cumsum(speed) * DT_S / rng.uniform(1.0, 20.0)),
             lambda: (s - s[0]) * np.sqrt(_turns(y)),
             lambda: (s - s[0]) * -np.expm1(-np.cumsum(speed) * DT_S / rng.uniform(5.0, 50.0)),
+            lambda: (s - s[0]) * -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 1.5)),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
@@ -359,6 +392,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.cumsum(rng.standard_t(4.0, size=len(t))),
             lambda: _coloured(rng, len(t), rng.uniform(1.5, 1.9)),
             lambda: np.cumsum(rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t)))),
+            lambda: np.cumsum(lfilter([1.0], [1.0, -0.8], rng.normal(size=len(t)))),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
@@ -367,6 +401,11 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: ((s - s.min()) / 4.0 - rng.uniform(0.2, 0.6)) ** 3,
             lambda: _kinked(rng, s),
             lambda: np.abs((6.0 * (s - s.min()) / np.ptp(s)) % 1.0 - 0.5),
+            lambda: np.sum(
+                rng.normal(size=(3, 1))
+                * (s > s.min() + np.ptp(s) * np.array([[0.25], [0.5], [0.75]])),
+                axis=0,
+            ),
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
@@ -380,6 +419,10 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.sin(
                 2.0 * np.pi * rng.uniform(1.0, 9.0) * t + np.cumsum(0.03 * rng.normal(size=len(t)))
             ),
+            lambda: (
+                np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
+                + 0.6 * np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
+            ),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -390,6 +433,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.convolve(rng.random(len(t)) < 0.003, [1.0, -0.6, 0.2])[: len(t)],
             lambda: (rng.random(len(t)) < 0.003) * rng.choice([-2.0, -1.0, 1.0, 2.0], len(t)),
             lambda: np.convolve(rng.random(len(t)) < 0.001, [1.0, 0, 0, -1.2, 0, 0.7])[: len(t)],
+            lambda: -(rng.random(len(t)) < 0.002) * (s - s.min() + 0.3),
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
@@ -398,6 +442,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: rng.laplace(size=len(t)) * (0.5 + y**2),
             lambda: lfilter([1.0], [1.0, -0.25], rng.normal(size=len(t))) * (1.3 - y),
             lambda: rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t))),
+            lambda: rng.normal(size=len(t)) * (0.3 + t / 400.0),
         ],
     }
     choices = table[name]
@@ -418,9 +463,9 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble", "touch", "tug")
+FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble", "touch", "tug", "bend")
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = ("relaxation", "tau", "overshoot", "creep", "late", "settle", "pace")
+RETUNED = ("relaxation", "tau", "overshoot", "creep", "late", "settle", "pace", "memory")
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -545,6 +590,11 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
             part = np.arange(min(int(rng.uniform(3.0, 15.0) / DT_S), n - begin)) * DT_S
             pulled[begin : begin + len(part)] += np.minimum(part / 2.0, 1.0) * rng.normal()
         return pulled
+    if name == "bend":  # moves in another way too, that nobody logs
+        tones = np.exp(rng.uniform(np.log(0.02), np.log(0.4), 10))
+        phases = rng.uniform(0.0, 2.0 * np.pi, 10)
+        waves = np.sin(2.0 * np.pi * tones[:, None] * np.arange(n) * DT_S + phases[:, None])
+        return waves.sum(axis=0)
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -585,7 +635,8 @@ def _moved(
                 3: 0.5 + index / SAMPLES,
                 4: 1.0 + 0.3 * np.sin(index / 900.0),
                 5: 0.5 + (index / SAMPLES) ** 2,
-                LAST: 1.2 - 0.6 * np.exp(-index / 2000.0),
+                6: 1.2 - 0.6 * np.exp(-index / 2000.0),
+                LAST: 0.5 + 0.3 * np.floor(index / 2300.0),  # samples get lost
             }
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
@@ -596,8 +647,10 @@ def _moved(
             for k, value in enumerate(x):
                 # Worn where it is used most.
                 wide = 0.2 * middle * (1.0 + value if family == 5 else 1.0)
-                if family == LAST:  # and more with time
+                if family == 6:  # and more with time
                     wide *= 0.7 + 0.6 * k / SAMPLES
+                if family == LAST:  # teeth that are not alike
+                    wide *= 1.0 + 0.3 * np.sin(30.0 * value)
                 stop = min(max(z, value - wide), value + wide)
                 z = stop + soft * (value - stop)
                 seen[k] = z
@@ -630,7 +683,9 @@ def _change(
             late = low_pass(own, tau, 1 + family % 2)
             if family == 3:
                 late = low_pass(late, 0.4 * tau)
-            if family == LAST:  # two poles that go together, of a filter against aliasing
+            if family == LAST:  # three stages that are alike
+                late = low_pass(own, 0.6 * tau, 3)
+            if family == 6:  # two poles that go together, of a filter against aliasing
                 poles = butter(2, min(0.3 / (np.pi * tau), 9.9), fs=1.0 / DT_S)
                 late = lfilter(*poles, own - own[0]) + own[0]
             if family == 5:  # the mean of the last moments
@@ -655,7 +710,9 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:  # an amplifier that comes to its end
+            if family == LAST:  # a supply that sags
+                change = -np.maximum(own - level + 0.06 * np.ptp(own) * t / t[-1], 0.0)
+            if family == 6:  # an amplifier that comes to its end
                 top = level + 0.1 * np.ptp(own)
                 base = own.min() - 1.0
                 bent = (own - base) / (top - base)
@@ -674,7 +731,9 @@ def _change(
             change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
-        if family == LAST:  # as the converter had it at its last turn
+        if family == LAST:  # through a capacitor
+            change = codes[:, channel - 1] - low_pass(codes[:, channel - 1], 1.0)
+        if family == 6:  # as the converter had it at its last turn
             change = np.append(codes[0, channel - 1], codes[:-1, channel - 1]) - own
         if family == 5:  # as its wire has it a moment later
             change = low_pass(codes[:, channel - 1], 0.15) - own
@@ -687,7 +746,9 @@ def _change(
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
-        if family == LAST:  # gives way a little more
+        if family == LAST:  # slips once more
+            change *= 1.0 + 0.5 * (since > 25.0)
+        if family == 6:  # gives way a little more
             change *= 1.0 - 0.4 * np.exp(-since / 15.0)
         if family == 5:  # loses some of its sensitivity
             change = (since > 0.0) * (signals[:, channel] + 0.1)
