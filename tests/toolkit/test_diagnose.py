@@ -28,6 +28,11 @@ SAMPLES = 6000
 def clean(seed: int, samples: int = SAMPLES, start: int = 0) -> tuple[np.ndarray, np.ndarray]:
     """Strain share (samples,) and noiseless nominal codes (samples, 4), one physics for all."""
     x = random_motion(samples + start, 1 / RATE_HZ, seed)[start:]
+    return x, sensed(x)
+
+
+def sensed(x: np.ndarray) -> np.ndarray:
+    """Noiseless codes (samples, 4) of the strain share ``x``."""
     rng = np.random.default_rng(99)
     columns = []
     for _ in range(4):
@@ -37,7 +42,7 @@ def clean(seed: int, samples: int = SAMPLES, start: int = 0) -> tuple[np.ndarray
             rng.uniform(1300, 1800)
             + rng.choice([-1, 1]) * rng.uniform(500, 900) * (s + 0.2 * (slow - s))
         )
-    return x, np.stack(columns, axis=1)
+    return np.stack(columns, axis=1)
 
 
 def recorded(x: np.ndarray, codes: np.ndarray, seed: int, noise: float = 1.3) -> Recording:
@@ -239,8 +244,9 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 
 
 def test_effects_of_other_equations_keep_their_names() -> None:
-    """Ogden-Roxburgh softening, a branch drawn to a curve, clocks that run apart or wander, a line
-    of resistors and capacitors, and a capacitor that keeps two channels."""
+    """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, clocks
+    that run apart or wander, a line of resistors and capacitors, and a capacitor that keeps two
+    channels."""
     from scipy.special import erf
 
     x, codes = clean(13)
@@ -250,13 +256,20 @@ def test_effects_of_other_equations_keep_their_names() -> None:
     for k in range(1, len(x)):
         pull = 6.0 * abs(x[k] - x[k - 1])
         drawn[k] = drawn[k - 1] + pull * (np.tanh(2.0 * (x[k] - 0.4)) - drawn[k - 1])
+    elastic = np.expm1(0.8 * (codes - codes[0]) / 500.0)
+    worn, z = np.empty_like(x), x[0]
+    for k, value in enumerate(x):
+        z = min(max(z, value - 0.03 * (1.0 + value)), value + 0.03 * (1.0 + value))
+        worn[k] = z
     index = np.arange(len(x))
     apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
     wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
     wander = np.stack([np.interp(wandering, index, c) for c in codes.T], axis=1)
-    quick = index - 0.6 - 1.5 * (index / SAMPLES) ** 2
+    quick, far = (index - a - b * (index / SAMPLES) ** 2 for a, b in ((0.6, 1.5), (5.0, 10.0)))
     coupled = lfilter(*butter(2, 1.5, fs=RATE_HZ), codes - codes[0], axis=0) + codes[0]
-    runs_off = np.stack([np.interp(quick, index, c) for c in codes.T], axis=1)
+    runs_off, runs_far = (
+        np.stack([np.interp(late, index, c) for c in codes.T], axis=1) for late in (quick, far)
+    )
     line = filtered(filtered(codes, 0.7), 0.1)
     kept = codes.copy()
     kept[:, 2] += 0.05 * (codes[:, 1] - codes[:, 2]) + 0.02 * (codes[:, 0] - codes[:, 2])
@@ -265,7 +278,13 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("hysteresis", codes + 15.0 * drawn[:, None]),
         ("delay", apart),
         ("delay", wander),
+        (
+            "relaxation",
+            codes + 30.0 * (filtered(elastic, 8.0) + filtered(elastic, 0.9)) - 60.0 * elastic,
+        ),
+        ("backlash", sensed(worn)),
         ("delay", runs_off),
+        ("delay", runs_far),
         ("adc_nonlinearity", codes + 15.0 * (np.rint(codes).astype(int) >> 8 & 1)),
         ("lag", line),
         ("lag", coupled),

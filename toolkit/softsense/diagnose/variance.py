@@ -78,7 +78,7 @@ def findings(
     """
     unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
-    least = 2.0 if explained else 0.28
+    least = 2.0 if explained else 0.05
     spiky, lines, loud = [], {}, {}
     there = noise_rms(own)
     for c in range(left.shape[1]):

@@ -7,7 +7,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import play
+from softsense.effects.operators import play, uneven_play
+
+# How many times as wide worn play is at its widest as at its least.
+WORN = (0.5, 0.7, 1.4, 2.0)
 
 
 def simulate(
@@ -27,19 +30,36 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one width."""
-    return _traces(nominal, values["width"] * np.geomspace(0.8, 1.25, 15))
+    """The same around one width; or a width that is not the same everywhere, or not for long."""
+    near = values["width"] * np.geomspace(0.8, 1.25, 15)
+    return _traces(nominal, near) + _worn(nominal, near[3::4])
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
-    moved = nominal.respond(nominal.strain, nominal.keep)
-    result = []
-    for width in widths:
-        played = play(nominal.strain[:, None], np.array([width]), nominal.strain[:1].copy())[:, 0]
-        values = {"width": float(width)}
-        column = (nominal.respond(played, nominal.keep) - moved)[:, None]
-        result.append(Candidate(column, values, "play", fixed=True))
-    return result
+    rest = np.zeros(len(nominal.strain))
+    return [_trace(nominal, float(width), rest, {}, "play") for width in widths]
+
+
+def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Play that is wider, or less wide, at the largest strain than at none, or at the end."""
+    reference = nominal.reference
+    passed = np.clip((nominal.time_s - reference.start_s) / reference.duration_s, 0.0, 1.0)
+    courses = {"worn_in_places": np.clip(nominal.strain, 0.0, 1.0), "worn_with_time": passed}
+    return [
+        _trace(nominal, float(width), np.log(worn) * (course - 0.5), {"worn": worn}, form)
+        for form, course in courses.items()
+        for worn in WORN
+        for width in widths
+    ]
+
+
+def _trace(
+    nominal: Nominal, width: float, wider: Floats, more: Mapping[str, float], form: str
+) -> Candidate:
+    """``wider`` (samples,): logarithm of the width over ``width``."""
+    played = uneven_play(nominal.strain, width * np.exp(wider))
+    column = nominal.respond(played, nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
+    return Candidate(column[:, None], {"width": width, **more}, form, fixed=True)
 
 
 EFFECT = Effect(

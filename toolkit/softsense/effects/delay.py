@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 FORMS = ("smooth", "linear")
-# Cosines of time that say how a delay wanders.
-COURSES = 8
+# Cosines of time that say how a delay wanders, slowly or less so.
+COURSES = (4, 8)
 # Around which a delay may wander where clocks run apart, but not evenly, in seconds.
 WANDERING_S = np.array([-0.3, -0.1, -0.03, 0.03, 0.1, 0.3])
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
@@ -61,17 +61,20 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one offset, which may wander, or those at the beginning and the end."""
+    """The same around one offset, or around those at the beginning and the end; or wandering."""
     if "delay_s" not in values:
-        return _wandering(nominal, WANDERING_S)
+        return _wandering(nominal, [(late_s, late_s) for late_s in WANDERING_S])
+    first = values["delay_s"]
     if "skew" in values:
-        first = values["delay_s"]
         last = first + values["skew"] * nominal.reference.duration_s
         reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
         even = _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
-        return even + _wandering(nominal, np.array([0.25, 0.5, 0.75]) * (first + last))
-    near_s = values["delay_s"] * np.geomspace(0.8, 1.25, 15)
-    return _traces(nominal, near_s, FORMS) + _wandering(nominal, near_s[1::6])
+        ends = [(first + a, last + b) for a in reach[1::2] for b in reach[1::2]]
+        return even + _wandering(nominal, ends)
+    near_s = first * np.geomspace(0.8, 1.25, 15)
+    return _traces(nominal, near_s, FORMS) + _wandering(
+        nominal, [(late_s, late_s) for late_s in near_s[1::6]]
+    )
 
 
 def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[Candidate]:
@@ -91,40 +94,47 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
     return result
 
 
-def _wandering(nominal: Nominal, delays_s: Floats) -> list[Candidate]:
-    """Delays that wander slowly around one: its trace, weighted by a course of time."""
+def _wandering(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Candidate]:
+    """Delays that wander slowly around an even course of time, by Taylor's first term."""
     t, reference = nominal.time_s[nominal.keep], nominal.reference
     # What is to come is not known: the last delay stays.
     passed = np.clip((t - reference.start_s) / reference.duration_s, 0.0, 1.0)
-    course = np.cos(np.pi * passed[:, None] * np.arange(COURSES))
-    return [
-        replace(
-            trace,
-            columns=trace.columns * course,
-            form="wandering",
-            fixed=False,
-            curved=True,
-            pliable=True,
-        )
-        for trace in _traces(nominal, delays_s, ("smooth",))
-    ]
+    course = np.cos(np.pi * passed[:, None] * np.arange(max(COURSES)))
+    slope = -np.gradient(nominal.u) / nominal.dt_s
+    result = []
+    for even in _skewed(nominal, ends_s):
+        late_s = _late_s(nominal, even.values)
+        columns = np.concatenate([even.columns, _read(slope, nominal, late_s)[:, None] * course], 1)
+        wandering = replace(even, form="wandering", fixed=False, curved=True, pliable=True)
+        result += [replace(wandering, columns=columns[:, : 1 + count]) for count in COURSES]
+    return result
 
 
-def _skewed(nominal: Nominal, ends_s: list[tuple[float, float]]) -> list[Candidate]:
+def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Candidate]:
     """Delays that go from one to another over the time of the reference."""
-    u, reference = nominal.u, nominal.reference
-    now = np.arange(len(u), dtype=np.float64)[nominal.keep]
-    since_s, u_now = nominal.time_s[nominal.keep] - reference.start_s, u[nominal.keep]
     result = []
     for first, last in ends_s:
-        skew = (last - first) / reference.duration_s
-        late = first + skew * since_s
-        at = np.clip(now - late / nominal.dt_s, 0.0, len(u) - 1.0)
-        below = np.minimum(at.astype(np.intp), len(u) - 2)
-        moved = u[below] + (at - below) * (u[below + 1] - u[below])
-        values = {"delay_s": float(first), "skew": float(skew)}
-        result.append(Candidate((moved - u_now)[:, None], values, "skewed", fixed=True))
+        values = {"delay_s": float(first)}
+        if first != last:
+            values["skew"] = float((last - first) / nominal.reference.duration_s)
+        moved = _read(nominal.u, nominal, _late_s(nominal, values))
+        column = (moved - nominal.u[nominal.keep])[:, None]
+        result.append(Candidate(column, values, "skewed", fixed=True))
     return result
+
+
+def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
+    """(samples,) the delay of an even course of time."""
+    since_s = nominal.time_s[nominal.keep] - nominal.reference.start_s
+    return values["delay_s"] + values.get("skew", 0.0) * since_s
+
+
+def _read(u: Floats, nominal: Nominal, late_s: Floats) -> Floats:
+    """(samples,) ``u`` so late, straight between samples; beyond its ends it rests."""
+    now = np.arange(len(u), dtype=np.float64)[nominal.keep]
+    at = np.clip(now - late_s / nominal.dt_s, 0.0, len(u) - 1.0)
+    below = np.minimum(at.astype(np.intp), len(u) - 2)
+    return np.asarray(u[below] + (at - below) * (u[below + 1] - u[below]))
 
 
 def _shifted(u: Floats, pieces: Floats, late: float) -> Floats:

@@ -83,3 +83,14 @@ def play(signal: Floats, width: Floats, memory: Floats) -> Floats:
             output[k, c] = y
         memory[c] = y
     return output
+
+
+@compiled
+def uneven_play(signal: Floats, width: Floats) -> Floats:
+    """(samples,) a play that is ``width[k]`` wide at sample k, and begins in its middle."""
+    output = np.empty(len(signal))
+    y = signal[0]
+    for k in range(len(signal)):
+        y = min(max(y, signal[k] - 0.5 * width[k]), signal[k] + 0.5 * width[k])
+        output[k] = y
+    return output

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
@@ -12,6 +14,14 @@ MOST = 0.85
 # Poles that stand for a fractional element, two per decade below its longest time.
 _POWER_POLES = 6
 _POWER_RATIO = 10.0**0.5
+# Time constants of a diagnosis, and how far a curved elastic response is off a straight one.
+LADDERS = (
+    (1.0, 10.0, 100.0),
+    (0.6, 3.0, 15.0, 75.0),
+    (0.6, 1.5, 4.0, 12.0, 36.0, 120.0),
+    (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
+)
+BENDS = (-0.4, 0.4, 1.0)
 
 
 def ladder(values: Values, form: str) -> tuple[Floats, Floats]:
@@ -48,24 +58,38 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
-    u = nominal.u[:, None]
-
-    def relaxed(tau_s: float) -> Floats:
-        return low_pass(u, nominal.dt_s, np.array([tau_s]), None)[0] - u
-
-    result = [
-        Candidate(relaxed(float(tau)), {"tau_s": float(tau)}, "prony", largest=MOST)
-        for tau in np.geomspace(0.6, 150.0, 16)
+    singles = [
+        Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
+        for tau in np.geomspace(0.6, 150.0, 16).tolist()
     ]
-    for ladder in (
-        (1.0, 10.0, 100.0),
-        (0.6, 3.0, 15.0, 75.0),
-        (0.6, 1.5, 4.0, 12.0, 36.0, 120.0),
-        (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
-    ):
-        columns = np.concatenate([relaxed(tau) for tau in ladder], axis=1)
-        result.append(Candidate(columns, {}, "prony", parallel=True, largest=MOST))
-    return result
+    return singles + [_ladder(nominal, nominal.u, taus, "prony") for taus in LADDERS]
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
+    stretched further relaxes more than in proportion)."""
+    near = (values["tau_s"] * np.geomspace(0.75, 1.33, 5)).tolist() if "tau_s" in values else []
+    singles = [
+        Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
+        for tau in near
+    ]
+    curves = [nominal.u + bend * nominal.share * (nominal.u - nominal.low) for bend in BENDS]
+    return [
+        *singles,
+        *(_ladder(nominal, nominal.u, taus, "prony") for taus in LADDERS),
+        *(_ladder(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
+    ]
+
+
+def _ladder(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
+    return Candidate(_relaxed(nominal, signal, taus), {}, form, parallel=True, largest=MOST)
+
+
+def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
+    """(samples, time constants) what of the signal decays while it is held."""
+    column = signal[:, None]
+    parts = [low_pass(column, nominal.dt_s, np.array([tau]), None)[0] - column for tau in taus]
+    return np.concatenate(parts, axis=1)
 
 
 EFFECT = Effect(
@@ -83,5 +107,6 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("prony", "power_law"),
 )
