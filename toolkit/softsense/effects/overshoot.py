@@ -26,7 +26,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """Filtered magnitude of the strain rate, alone and times the signal: even in direction."""
     result = []
     share = nominal.share[nominal.keep]
-    for power in (0.5, 0.75, 1.0):
+    for power in (0.5, 0.75, 1.0, 1.5):
         speed = (np.abs(nominal.rate) ** power)[:, None]
         parts = {}
         for tau_s in (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0):
