@@ -280,6 +280,8 @@ class Channel:
     def columns(self, pick: Pick) -> Floats:
         """(samples, p) of a candidate, at the full rate."""
         entry = self.entries[pick[0]][pick[1]]
+        if self._thin.step == 1:
+            return entry.candidate.columns
         nominal = entry.nominal or self.nominal
         return explained(nominal, pick[0], entry.number, entry.near).columns
 

@@ -83,11 +83,15 @@ class Design:
 
     def __init__(self, table: Floats) -> None:
         """``table`` (samples, p): last the residual."""
-        self.scale = np.sqrt(np.einsum("ij,ij->j", table, table) / len(table)) + 1e-12
-        self.scale[-1] = 1.0
-        table = table / self.scale
         self.samples = len(table)
-        self.grams = np.stack([part.T @ part for part in np.array_split(table, BLOCKS)])
+        self.grams = np.empty((BLOCKS, table.shape[1], table.shape[1]))
+        for part, gram in zip(np.array_split(table, BLOCKS), self.grams, strict=True):
+            np.matmul(part.T, part, out=gram)
+        squares = np.einsum("bii->i", self.grams)
+        self.scale = np.sqrt(squares / self.samples) + 1e-12
+        self.scale[-1] = 1.0
+        # Columns of size 1 from here on; the residual keeps its own.
+        self.grams /= self.scale[:, None] * self.scale
         self.total = self.grams.sum(axis=0)
         self.y = table.shape[1] - 1
 

@@ -21,18 +21,20 @@ GAINS = np.array([0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.
 @compiled
 def _unforeseen(rows: Floats, gain: float) -> Floats:
     left = np.empty_like(rows)
+    scale = np.sqrt(1.0 - gain)
     for row in range(len(rows)):
         level = rows[row, 0]
         for k in range(rows.shape[1]):
-            left[row, k] = rows[row, k] - level
-            level += gain * left[row, k]
+            news = rows[row, k] - level
+            level += gain * news
+            left[row, k] = scale * news
     return left
 
 
 def innovations(table: Floats, gain: float) -> Floats:
     """Columns (samples, p) less what their past foresees, so scaled that a walk of this ``gain``
     under white noise leaves the noise's variance."""
-    left: Floats = np.sqrt(1.0 - gain) * _unforeseen(np.ascontiguousarray(table.T), gain)
+    left: Floats = _unforeseen(np.ascontiguousarray(table.T), gain)
     return left.T
 
 
