@@ -58,26 +58,26 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
-    singles = [
-        Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
-        for tau in np.geomspace(0.6, 150.0, 16).tolist()
-    ]
+    singles = _singles(nominal, np.geomspace(0.6, 150.0, 16))
     return singles + [_ladder(nominal, nominal.u, taus, "prony") for taus in LADDERS]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
     stretched further relaxes more than in proportion)."""
-    near = (values["tau_s"] * np.geomspace(0.75, 1.33, 5)).tolist() if "tau_s" in values else []
-    singles = [
-        Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
-        for tau in near
-    ]
+    near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
     curves = [nominal.u + bend * nominal.share * (nominal.u - nominal.low) for bend in BENDS]
     return [
-        *singles,
+        *_singles(nominal, near),
         *(_ladder(nominal, nominal.u, taus, "prony") for taus in LADDERS),
         *(_ladder(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
+    ]
+
+
+def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
+    return [
+        Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
+        for tau in taus.tolist()
     ]
 
 
