@@ -433,7 +433,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.convolve(rng.random(len(t)) < 0.003, [1.0, -0.6, 0.2])[: len(t)],
             lambda: (rng.random(len(t)) < 0.003) * rng.choice([-2.0, -1.0, 1.0, 2.0], len(t)),
             lambda: np.convolve(rng.random(len(t)) < 0.001, [1.0, 0, 0, -1.2, 0, 0.7])[: len(t)],
-            lambda: -(rng.random(len(t)) < 0.002) * (s - s.min() + 0.3),
+            lambda: (rng.random(len(t)) < 0.002) * (s.min() - s - 0.3),
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
