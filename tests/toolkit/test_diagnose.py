@@ -245,8 +245,8 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 
 def test_effects_of_other_equations_keep_their_names() -> None:
     """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, clocks
-    that run apart or wander, a line of resistors and capacitors, and a capacitor that keeps two
-    channels."""
+    that run apart or wander, a bit that weighs wrong, a line of resistors and capacitors, an active
+    filter, and a capacitor that keeps two channels."""
     from scipy.special import erf
 
     x, codes = clean(13)

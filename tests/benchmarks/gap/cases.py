@@ -168,14 +168,19 @@ def _hodgdon(rng: Random, y: Floats) -> Floats:
     return z
 
 
-def _eyring(rng: Random, s: Floats) -> Floats:
-    """Creep that goes the faster the further it has to go."""
-    tau_s, bend = rng.uniform(5.0, 30.0), rng.uniform(0.1, 0.5)
+def _following(s: Floats, rule: Callable[[float], float]) -> Floats:
+    """How far what begins at ``s`` and goes by ``rule`` of its distance is behind."""
     z = np.zeros(len(s))
     z[0] = s[0]
     for k in range(1, len(s)):
-        z[k] = z[k - 1] + DT_S / tau_s * bend * np.sinh((s[k] - z[k - 1]) / bend)
+        z[k] = z[k - 1] + rule(s[k] - z[k - 1])
     return z - s
+
+
+def _eyring(rng: Random, s: Floats) -> Floats:
+    """Creep that goes the faster the further it has to go."""
+    tau_s, bend = rng.uniform(5.0, 30.0), rng.uniform(0.1, 0.5)
+    return _following(s, lambda gone: DT_S / tau_s * bend * np.sinh(gone / bend))
 
 
 def _flicker(rng: Random, n: int) -> Floats:
@@ -265,12 +270,7 @@ def _enveloped(rng: Random, y: Floats) -> Floats:
 def _uneven(rng: Random, s: Floats) -> Floats:
     """Recovers more slowly than it relaxes."""
     tau_s, slower = rng.uniform(3.0, 20.0), rng.uniform(1.5, 3.0)
-    z = np.zeros(len(s))
-    z[0] = s[0]
-    for k in range(1, len(s)):
-        gone = s[k] - z[k - 1]
-        z[k] = z[k - 1] + DT_S / tau_s * (gone if gone > 0.0 else gone / slower)
-    return z - s
+    return _following(s, lambda gone: DT_S / tau_s * (gone if gone > 0.0 else gone / slower))
 
 
 def _soaked(share: Floats) -> Floats:

@@ -293,7 +293,7 @@ def _line(left: Floats, dt_s: float, least: float) -> float | None:
     window = np.hanning(len(left))
     power, frequency, floor = _spectrum(left, dt_s)
     # The largest of n exponential values is about log n: ask for far more than that, and for a
-    # tone that is itself as large as the noise beside it.
+    # tone that is not lost in the noise beside it.
     peak = int(np.argmax(power / floor))
     if power[peak] <= floor[peak] * (LINE_RATIO + np.log(len(power))):
         return None

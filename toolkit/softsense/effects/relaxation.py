@@ -59,7 +59,7 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
     singles = _singles(nominal, np.geomspace(0.6, 150.0, 16))
-    return singles + [_ladder(nominal, nominal.u, taus, "prony") for taus in LADDERS]
+    return singles + [_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -69,8 +69,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     curves = [nominal.u + bend * nominal.share * (nominal.u - nominal.low) for bend in BENDS]
     return [
         *_singles(nominal, near),
-        *(_ladder(nominal, nominal.u, taus, "prony") for taus in LADDERS),
-        *(_ladder(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
+        *(_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS),
+        *(_prony(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
     ]
 
 
@@ -81,7 +81,7 @@ def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
     ]
 
 
-def _ladder(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
+def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
     return Candidate(_relaxed(nominal, signal, taus), {}, form, parallel=True, largest=MOST)
 
 

@@ -80,7 +80,7 @@ class HeldOut:
     """A subset's ridge regression: its error on each fold, which it never saw, and its weights.
 
     ``errors``: (folds,) mean squared error, summed over the targets. ``error``: their geometric
-    mean. ``weights``: (folds, features of ``part``, targets).
+    mean. ``weights``: (folds, features of ``part``, targets). ``ridge``: of ``RIDGES``.
     """
 
     ridge: float
