@@ -51,7 +51,7 @@ def test_normal_equations_are_those_of_the_differentiated_network(outputs: int) 
         ],
         axis=1,
     )
-    gram, gradient, square = normal_equations(weights, x, y)
+    gram, gradient, square = normal_equations(weights, x, y, weights.hidden(x))
     exact = np.tril(jacobian.T @ jacobian)
     np.testing.assert_allclose(np.tril(gram), exact, atol=1e-6 * np.abs(exact).max())
     np.testing.assert_allclose(gradient, jacobian.T @ residual(vector), rtol=1e-6, atol=1e-5)

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from scipy.linalg.blas import ssyrk
 from scipy.linalg.lapack import dposv
 
+from softsense.train.tanh import tanh
+
 Floats = NDArray[np.float64]
 
 # Samples whose part of the Jacobian fits a core's cache.
@@ -50,10 +52,21 @@ class Weights:
             first[:-1].T.copy(), first[-1].copy(), second[:, :-1].copy(), second[:, -1].copy()
         )
 
+    def hidden(self, x: Floats) -> Floats:
+        """What the tanh units put out (samples, hidden) for inputs (samples, inputs)."""
+        sums: Floats = x @ self.w1.T
+        sums += self.b1
+        tanh(sums.reshape(-1), np.empty(sums.size))
+        return sums
+
+    def outputs(self, hidden: Floats) -> Floats:
+        """Outputs (samples, outputs) where the tanh units put out ``hidden``."""
+        y: Floats = hidden @ self.w2.T + self.b2
+        return y
+
     def predict(self, x: Floats) -> Floats:
         """Outputs (samples, outputs) for inputs (samples, inputs)."""
-        y: Floats = np.tanh(x @ self.w1.T + self.b1) @ self.w2.T + self.b2
-        return y
+        return self.outputs(self.hidden(x))
 
 
 @dataclass(frozen=True)
@@ -87,8 +100,12 @@ def nguyen_widrow(rng: np.random.Generator, inputs: int, hidden: int, outputs: i
     return Weights(size * w1, b1, w2, np.zeros(outputs))
 
 
-def normal_equations(weights: Weights, x: Floats, target: Floats) -> tuple[Floats, Floats, float]:
+def normal_equations(
+    weights: Weights, x: Floats, target: Floats, hidden: Floats
+) -> tuple[Floats, Floats, float]:
     """J'J (its lower triangle, to single precision), J'e and |e|^2 at ``weights``.
+
+    ``hidden``: ``weights.hidden(x)``, which the trial of a step has already worked out.
 
     J is never whole in memory: a block of samples at a time stays in the cache while its outer
     product is added. Its columns are (w2_h tanh'_h) x_i for each input i (and 1), then tanh_h and 1
@@ -96,36 +113,36 @@ def normal_equations(weights: Weights, x: Floats, target: Floats) -> tuple[Float
     shapes the way there, and single precision halves the time.
     """
     samples = len(x)
-    hidden, inputs = weights.w1.shape
+    units, inputs = weights.w1.shape
     outputs = len(weights.b2)
-    edge = hidden * (inputs + 1)
-    own = edge + hidden + 1
-    size = edge + outputs * (hidden + 1)
+    edge = units * (inputs + 1)
+    own = edge + units + 1
+    size = edge + outputs * (units + 1)
     grams = [np.zeros((own, own), dtype=np.float32, order="F") for _ in range(outputs)]
-    first = np.zeros((inputs + 1, hidden))
-    second = np.zeros((outputs, hidden + 1))
+    first = np.zeros((inputs + 1, units))
+    second = np.zeros((outputs, units + 1))
     square = 0.0
     block = np.empty((BLOCK, own), dtype=np.float32)
     block[:, -1] = 1.0
     for begin in range(0, samples, BLOCK):
         inside = x[begin : begin + BLOCK]
         jacobian = block[: len(inside)]
-        tanh = np.tanh(inside @ weights.w1.T + weights.b1)
-        error = tanh @ weights.w2.T + weights.b2 - target[begin : begin + BLOCK]
+        out = hidden[begin : begin + BLOCK]
+        error = weights.outputs(out) - target[begin : begin + BLOCK]
         square += float(np.sum(error**2))
-        slope = 1.0 - tanh**2
+        slope = 1.0 - out**2
         back = (error @ weights.w2) * slope
         first[:-1] += inside.T @ back
         first[-1] += back.sum(axis=0)
-        second[:, :-1] += error.T @ tanh
+        second[:, :-1] += error.T @ out
         second[:, -1] += error.sum(axis=0)
         short, short_inside = slope.astype(np.float32), inside.astype(np.float32)
-        jacobian[:, edge:-1] = tanh
-        felt = jacobian[:, edge - hidden : edge]
+        jacobian[:, edge:-1] = out
+        felt = jacobian[:, edge - units : edge]
         for output in range(outputs):
             np.multiply(short, weights.w2[output].astype(np.float32), out=felt)
             for i in range(inputs):
-                part = jacobian[:, i * hidden : (i + 1) * hidden]
+                part = jacobian[:, i * units : (i + 1) * units]
                 np.multiply(felt, short_inside[:, i : i + 1], out=part)
             grams[output] = ssyrk(
                 1.0, jacobian.T, beta=1.0, c=grams[output], lower=1, overwrite_c=1
@@ -133,7 +150,7 @@ def normal_equations(weights: Weights, x: Floats, target: Floats) -> tuple[Float
     gradient = np.concatenate([first.ravel(), second.ravel()])
     gram = np.zeros((size, size), order="F")
     for output in range(outputs):
-        rows = slice(edge + output * (hidden + 1), edge + (output + 1) * (hidden + 1))
+        rows = slice(edge + output * (units + 1), edge + (output + 1) * (units + 1))
         gram[:edge, :edge] += grams[output][:edge, :edge]
         gram[rows, :edge] = grams[output][edge:, :edge]
         gram[rows, rows] = grams[output][edge:, edge:]
@@ -156,15 +173,15 @@ def descend(
     damping gives a better step, or after ``max_epochs``.
     """
     x, target = train
-    weights, damping = start, DAMPING_START
+    weights, damping, hidden = start, DAMPING_START, start.hidden(x)
     best, best_epoch = start, 0
     first_error = float(np.mean((start.predict(validation[0]) - validation[1]) ** 2))
-    best_error = max(first_error, float(np.mean((start.predict(x) - target) ** 2)))
+    best_error = max(first_error, float(np.mean((start.outputs(hidden) - target) ** 2)))
     train_history: list[float] = []
     validation_history: list[float] = [first_error]
     status, epoch = "epoch limit", 0
     for epoch in range(1, max_epochs + 1):
-        gram, gradient, square = normal_equations(weights, x, target)
+        gram, gradient, square = normal_equations(weights, x, target, hidden)
         train_history.append(square / target.size)
         vector = weights.flat()
         cost = square + decay * float(vector @ vector)
@@ -181,14 +198,15 @@ def descend(
             taken = flaw == 0  # else not positive definite to rounding: damp more
             if taken:
                 trial = weights.unflat(vector + step)
-                trial_square = float(np.sum((trial.predict(x) - target) ** 2))
+                trial_hidden = trial.hidden(x)
+                trial_square = float(np.sum((trial.outputs(trial_hidden) - target) ** 2))
                 taken = trial_square + decay * float(np.sum((vector + step) ** 2)) < cost
             damping *= DAMPING_DOWN if taken else DAMPING_UP
         if not taken:
             status = "damping limit"
             break
         damping = max(damping, 1e-12)
-        weights = trial
+        weights, hidden = trial, trial_hidden
         error = float(np.mean((weights.predict(validation[0]) - validation[1]) ** 2))
         validation_history.append(error)
         # A validation error below the training error is luck, not skill: after a few epochs a
