@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 7  # family of the held-out half
+LAST = 8  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,11 @@ def sensors(
         s = s + factor["memory"] * factor["relaxation"] * share * (
             low_pass(s, factor["tau"] * factor["pace"] * tau_s) - s
         )
-        slow = factor["memory"] * factor["creep"] * rng.uniform(0.02, 0.15)
-        s = s + slow * (low_pass(s, factor["late"] * factor["pace"] * rng.uniform(8.0, 40.0)) - s)
+        slow = factor["memory"] * factor["slow"] * factor["creep"] * rng.uniform(0.02, 0.15)
+        s = s + slow * (
+            low_pass(s, factor["slow"] * factor["late"] * factor["pace"] * rng.uniform(8.0, 40.0))
+            - s
+        )
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
         signals.append(s + size * low_pass(speed, factor["settle"] * rng.uniform(0.2, 0.6)))
@@ -273,6 +276,57 @@ def _uneven(rng: Random, s: Floats) -> Floats:
     return _following(s, lambda gone: DT_S / tau_s * (gone if gone > 0.0 else gone / slower))
 
 
+def _endochronic(rng: Random, y: Floats) -> Floats:
+    """Valanis: memory fades along the path that was gone, and the path hardens."""
+    fade, hardens = rng.uniform(3.0, 8.0), rng.uniform(0.0, 0.02)
+    gone = np.cumsum(np.abs(np.diff(y, prepend=y[0])))
+    inner = np.log1p(hardens * gone) / hardens
+    out = np.zeros(len(y))
+    for term in (1.0, 4.0):
+        keep = np.exp(-fade * term * np.diff(inner, prepend=0.0))
+        z = np.zeros(len(y))
+        for k in range(1, len(y)):
+            z[k] = keep[k] * z[k - 1] + y[k] - y[k - 1]
+        out += z
+    return out
+
+
+def _shifted(rng: Random, s: Floats, y: Floats) -> Floats:
+    """Schapery: the clock of the creep runs the faster the more it is stretched."""
+    tau_s, shift = rng.uniform(3.0, 20.0), rng.uniform(0.5, 1.5)
+    z = np.zeros(len(s))
+    z[0] = s[0]
+    for k in range(1, len(s)):
+        keep = np.exp(-DT_S / tau_s * np.exp(shift * (y[k] - 0.5)))
+        z[k] = keep * z[k - 1] + (1.0 - keep) * s[k]
+    return z - s
+
+
+def _damaged(rng: Random, y: Floats, top: Floats) -> Floats:
+    """Ogden and Roxburgh on a neo-Hookean bar: damage by stored energy, on its stress."""
+
+    def energy(strain: Floats) -> Floats:
+        stretch = 1.0 + 0.4 * strain
+        return stretch**2 + 2.0 / stretch - 3.0
+
+    stretch = 1.0 + 0.4 * y
+    scale, share = rng.uniform(0.02, 0.2), rng.uniform(0.1, 0.6)
+    lost = np.tanh((energy(top) - energy(y)) / (scale + share * energy(top)))
+    return lost * (stretch - stretch**-2)
+
+
+def _lingering(rng: Random, speed: Floats, t: Floats) -> Floats:
+    """What the strain rate stirs up dies down as a stretched exponential."""
+    dies = np.exp(-((t / rng.uniform(0.2, 0.8)) ** rng.uniform(0.6, 0.9)))
+    return np.asarray(fftconvolve(speed, dies)[: len(speed)])
+
+
+def _bowed(share: Floats, slanted: float) -> Floats:
+    """A converter whose error is a bow that leans to one side."""
+    middle = 2.0 * share - 1.0
+    return (1.0 - middle**2) * (1.0 + slanted * middle) ** 2
+
+
 def _soaked(share: Floats) -> Floats:
     """Crank: how much water has gone into a plate, at this share of its time constant."""
     odd = np.arange(1, 40, 2)
@@ -327,6 +381,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _stops(rng, y),
             lambda: _sloped(rng, y),
             lambda: _enveloped(rng, y),
+            lambda: _endochronic(rng, y),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
@@ -337,6 +392,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _power_law(rng, s, t),
             lambda: _quasi_linear(rng, s, t),
             lambda: _uneven(rng, s),
+            lambda: _shifted(rng, s, y),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
@@ -347,6 +403,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.expm1(-top / rng.uniform(0.2, 1.5)) * s,
             lambda: np.tanh((top**2 - y**2) / (0.2 + 0.5 * top**2)) * y + rng.uniform(0, 0.3) * top,
             lambda: (1.0 - (y / np.maximum(top, 1e-3)) ** rng.uniform(1.0, 3.0)) * y,
+            lambda: _damaged(rng, y, top),
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -364,6 +421,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 np.where(np.gradient(y) > 0.0, speed, rng.uniform(0.2, 0.6) * speed),
                 rng.uniform(0.2, 1.0),
             ),
+            lambda: _lingering(rng, speed, t),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
@@ -374,6 +432,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: -np.expm1(-t / rng.uniform(5.0, 40.0)) - 2.0 * np.expm1(-t / 250.0),
             lambda: _soaked(t / rng.uniform(100.0, 1000.0)),
             lambda: -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 2)),
+            lambda: np.tanh(t / rng.uniform(100.0, 300.0)) + rng.uniform(0.0, 0.4) * t / 400.0,
         ],
         "gain": [
             lambda: s - s[0],
@@ -384,6 +443,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (s - s[0]) * np.sqrt(_turns(y)),
             lambda: (s - s[0]) * -np.expm1(-np.cumsum(speed) * DT_S / rng.uniform(5.0, 50.0)),
             lambda: (s - s[0]) * -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 1.5)),
+            lambda: (s - s[0]) / (1.0 + np.exp((rng.uniform(100.0, 300.0) - t) / 40.0)),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
@@ -393,6 +453,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _coloured(rng, len(t), rng.uniform(1.5, 1.9)),
             lambda: np.cumsum(rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t)))),
             lambda: np.cumsum(lfilter([1.0], [1.0, -0.8], rng.normal(size=len(t)))),
+            lambda: np.cumsum(rng.laplace(size=len(t)) * (rng.random(len(t)) < 0.3)),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
@@ -406,6 +467,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 * (s > s.min() + np.ptp(s) * np.array([[0.25], [0.5], [0.75]])),
                 axis=0,
             ),
+            lambda: _bowed((s - s.min()) / np.ptp(s), rng.uniform(-1.0, 1.0)),
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
@@ -423,6 +485,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
                 + 0.6 * np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
             ),
+            lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t) * np.exp(0.4 * s),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -434,6 +497,9 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (rng.random(len(t)) < 0.003) * rng.choice([-2.0, -1.0, 1.0, 2.0], len(t)),
             lambda: np.convolve(rng.random(len(t)) < 0.001, [1.0, 0, 0, -1.2, 0, 0.7])[: len(t)],
             lambda: (rng.random(len(t)) < 0.002) * (s.min() - s - 0.3),
+            lambda: np.convolve((rng.random(len(t)) < 0.001) * rng.normal(size=len(t)), [1.0, 1.0])[
+                : len(t)
+            ],
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
@@ -443,6 +509,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: lfilter([1.0], [1.0, -0.25], rng.normal(size=len(t))) * (1.3 - y),
             lambda: rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t))),
             lambda: rng.normal(size=len(t)) * (0.3 + t / 400.0),
+            lambda: rng.uniform(-1.0, 1.0, len(t)) * np.sqrt(0.2 + np.abs(s)),
         ],
     }
     choices = table[name]
@@ -463,9 +530,9 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = ("contact", "load", "sticking", "ringing", "loose", "tremble", "touch", "tug", "bend")
+FOREIGN = tuple("contact load sticking ringing loose tremble touch tug bend gust".split())
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = ("relaxation", "tau", "overshoot", "creep", "late", "settle", "pace", "memory")
+RETUNED = tuple("relaxation tau overshoot creep late settle pace memory slow".split())
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -595,6 +662,9 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
         phases = rng.uniform(0.0, 2.0 * np.pi, 10)
         waves = np.sin(2.0 * np.pi * tones[:, None] * np.arange(n) * DT_S + phases[:, None])
         return waves.sum(axis=0)
+    if name == "gust":  # a warm breath now and then, that it gets rid of slowly
+        puffs = (rng.random(n) < 0.002) * rng.exponential(size=n)
+        return low_pass(low_pass(puffs, rng.uniform(5.0, 15.0)), 0.5)
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -636,7 +706,8 @@ def _moved(
                 4: 1.0 + 0.3 * np.sin(index / 900.0),
                 5: 0.5 + (index / SAMPLES) ** 2,
                 6: 1.2 - 0.6 * np.exp(-index / 2000.0),
-                LAST: 0.5 + 0.3 * np.floor(index / 2300.0),  # samples get lost
+                7: 0.5 + 0.3 * np.floor(index / 2300.0),  # samples get lost
+                LAST: 0.5 + (index % 2600) / 2600.0,  # set right now and then
             }
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
@@ -649,11 +720,13 @@ def _moved(
                 wide = 0.2 * middle * (1.0 + value if family == 5 else 1.0)
                 if family == 6:  # and more with time
                     wide *= 0.7 + 0.6 * k / SAMPLES
-                if family == LAST:  # teeth that are not alike
+                if family == 7:  # teeth that are not alike
                     wide *= 1.0 + 0.3 * np.sin(30.0 * value)
                 stop = min(max(z, value - wide), value + wide)
                 z = stop + soft * (value - stop)
                 seen[k] = z
+            if family == LAST:  # a spring beside the play
+                seen = 0.8 * seen + 0.2 * x
         else:
             more = {name.removeprefix("retune:"): 1.0 + 4.0 * middle}
         rng = np.random.default_rng(physics)
@@ -683,7 +756,9 @@ def _change(
             late = low_pass(own, tau, 1 + family % 2)
             if family == 3:
                 late = low_pass(late, 0.4 * tau)
-            if family == LAST:  # three stages that are alike
+            if family == LAST:  # a part of it comes through at once
+                late = 0.85 * late + 0.15 * own
+            if family == 7:  # three stages that are alike
                 late = low_pass(own, 0.6 * tau, 3)
             if family == 6:  # two poles that go together, of a filter against aliasing
                 poles = butter(2, min(0.3 / (np.pi * tau), 9.9), fs=1.0 / DT_S)
@@ -710,7 +785,10 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:  # a supply that sags
+            if family == LAST:  # its last part is bent to a limit
+                above, room = np.maximum(own - level, 0.0), 0.15 * np.ptp(own)
+                change = room * np.tanh(above / room) - above
+            if family == 7:  # a supply that sags
                 change = -np.maximum(own - level + 0.06 * np.ptp(own) * t / t[-1], 0.0)
             if family == 6:  # an amplifier that comes to its end
                 top = level + 0.1 * np.ptp(own)
@@ -731,7 +809,10 @@ def _change(
             change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
-        if family == LAST:  # through a capacitor
+        if family == LAST:  # a little of every other
+            mixed = np.random.default_rng(channel).uniform(0.2, 1.0, codes.shape[1])
+            change = codes @ mixed / mixed.sum() - own
+        if family == 7:  # through a capacitor
             change = codes[:, channel - 1] - low_pass(codes[:, channel - 1], 1.0)
         if family == 6:  # as the converter had it at its last turn
             change = np.append(codes[0, channel - 1], codes[:-1, channel - 1]) - own
@@ -746,7 +827,9 @@ def _change(
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
-        if family == LAST:  # slips once more
+        if family == LAST:  # goes in two blows
+            change *= 0.6 + 0.4 * (since > 3.0)
+        if family == 7:  # slips once more
             change *= 1.0 + 0.5 * (since > 25.0)
         if family == 6:  # gives way a little more
             change *= 1.0 - 0.4 * np.exp(-since / 15.0)
