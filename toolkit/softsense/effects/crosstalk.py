@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects.operators import low_pass
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
+# Time constants of the wire that a share comes through, and of the capacitor that lets only what is
+# faster through.
+WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
+CAPACITORS_S = (0.2, 0.5, 1.2, 3.0)
 
 
 def simulate(
@@ -34,30 +41,71 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel, or of the two scanned before, as they really read or would
-    without their effects; or a supply that sags, or lifts, with all channels together."""
-    result = []
+    without their effects; or a supply that sags, or lifts, with all channels together. Or what of
+    another channel comes through a capacitance."""
     channels = nominal.codes.shape[1]
+    result = _shares(nominal)
+    for other in range(channels):
+        if other != nominal.channel:
+            result.extend(_filtered(nominal, other, WIRES_S, CAPACITORS_S))
+    return result
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """All that has no time constant; and around the one of a wire or a capacitor."""
+    if "tau_s" not in values:
+        return _shares(nominal)
+    near = (values["tau_s"] * np.geomspace(0.6, 1.6, 7)).tolist()
+    return _shares(nominal) + _filtered(nominal, int(values["source"]), near, near)
+
+
+def _shares(nominal: Nominal) -> list[Candidate]:
+    result = []
+    keep, channels = nominal.keep, nominal.codes.shape[1]
+    u = nominal.u[keep]
     # What others really read would say all that channels have in common, were it not for the share.
-    for codes, most in ((nominal.heard, MOST), (nominal.codes, np.inf)) if channels > 1 else ():
+    for whole, most in ((nominal.heard, MOST), (nominal.codes, np.inf)) if channels > 1 else ():
+        codes = whole[keep]
         for other in range(channels):
             if other != nominal.channel:
                 source = {"source": float(other)}
-                instead = codes[:, other] - nominal.u
+                instead = codes[:, other] - u
                 alone = codes[:, other] - nominal.reference.rest[other]
                 result.append(Candidate(instead[:, None], source, largest=most))
                 result.append(Candidate(alone[:, None], source, largest=most))
         if channels > 2:
-            # The capacitor keeps some of the one before that, too.
+            # The sampling capacitor keeps some of the one before that, too.
             one, two = codes[:, nominal.channel - 1], codes[:, nominal.channel - 2]
             source = {"source": float((nominal.channel - 1) % channels)}
-            both = np.stack([one - nominal.u, two - nominal.u], axis=1)
+            both = np.stack([one - u, two - u], axis=1)
             result.append(Candidate(both, source, "scan", parallel=True, largest=most))
-        own = codes[:, nominal.channel] - nominal.u
+        own = codes[:, nominal.channel] - u
         together = codes.mean(axis=1) - own / channels
-        result.append(Candidate((together - nominal.u)[:, None], {}, "supply", largest=most))
-        sagging = nominal.u * together / nominal.full_scale
+        result.append(Candidate((together - u)[:, None], {}, "supply", largest=most))
+        sagging = u * together / nominal.full_scale
         result.append(Candidate(sagging[:, None], {}, "supply", largest=most))
     return result
+
+
+def _filtered(
+    nominal: Nominal, other: int, wires_s: Sequence[float], capacitors_s: Sequence[float]
+) -> list[Candidate]:
+    """What of another channel comes late, through the wire's capacitance, instead of its own; and
+    what comes through the capacitance between two wires, beside its own."""
+    keep, source = nominal.keep, {"source": float(other)}
+    own, codes, heard = nominal.u[keep, None], nominal.codes[:, [other]], nominal.heard[:, [other]]
+
+    def slow(signal: Floats, tau_s: float) -> Floats:
+        return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
+
+    late = [
+        Candidate(slow(codes, tau_s) - own, {**source, "tau_s": tau_s}, "late") for tau_s in wires_s
+    ]
+    coupled = [
+        Candidate(heard[keep] - slow(heard, tau_s), {**source, "tau_s": tau_s}, "coupled")
+        for tau_s in capacitors_s
+    ]
+    return late + coupled
 
 
 EFFECT = Effect(
@@ -73,7 +121,7 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("scan", "supply"),
     exact=True,
-    memoryless=True,
 )

@@ -7,6 +7,8 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass, rate
 
+TAUS_S = (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
+
 
 def simulate(
     u: Floats, context: Context, values: Values, form: str, state: State | None
@@ -23,13 +25,16 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Filtered magnitude of the strain rate, alone and times the signal: even in direction."""
+    """Filtered magnitude of the strain rate, alone and times the signal: even in direction.
+
+    Or more of one direction than of the other, but of one sign.
+    """
     result = []
     share = nominal.share[nominal.keep]
     for power in (0.5, 0.75, 1.0, 1.5):
         speed = (np.abs(nominal.rate) ** power)[:, None]
         parts = {}
-        for tau_s in (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0):
+        for tau_s in TAUS_S:
             y = low_pass(speed, nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep, 0]
             y = y * nominal.span
             parts[tau_s] = np.stack([y, y * share], axis=1)
@@ -38,6 +43,11 @@ def explain(nominal: Nominal) -> list[Candidate]:
         for ladder in ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0)):
             columns = np.concatenate([parts[tau_s] for tau_s in ladder], axis=1)
             result.append(Candidate(columns, {}))
+    ways = np.stack([np.maximum(nominal.rate, 0.0), np.maximum(-nominal.rate, 0.0)], axis=1)
+    for tau_s in TAUS_S:
+        y = low_pass(ways, nominal.dt_s, np.full(2, tau_s), None, rest=np.zeros(2))[0]
+        columns = y[nominal.keep] * nominal.span
+        result.append(Candidate(columns, {"tau_s": tau_s}, "one_way", parallel=True))
     return result
 
 

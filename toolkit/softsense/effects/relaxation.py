@@ -11,6 +11,8 @@ from softsense.effects.operators import low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.85
+# The same for a part beside others: all parts of a fractional element together relax more than 1.
+MOST_OF_SEVERAL = 0.95
 # Poles that stand for a fractional element, two per decade below its longest time.
 _POWER_POLES = 6
 _POWER_RATIO = 10.0**0.5
@@ -82,7 +84,8 @@ def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
 
 
 def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
-    return Candidate(_relaxed(nominal, signal, taus), {}, form, parallel=True, largest=MOST)
+    columns = _relaxed(nominal, signal, taus)
+    return Candidate(columns, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
