@@ -91,20 +91,19 @@ def _filtered(
     nominal: Nominal, other: int, wires_s: Sequence[float], capacitors_s: Sequence[float]
 ) -> list[Candidate]:
     """What of another channel comes late, through the wire's capacitance, instead of its own; and
-    what comes through the capacitance between two wires, beside its own."""
-    keep, source = nominal.keep, {"source": float(other)}
-    own, codes, heard = nominal.u[keep, None], nominal.codes[:, [other]], nominal.heard[:, [other]]
+    what comes through the capacitance between two wires, beside its own.
 
-    def slow(signal: Floats, tau_s: float) -> Floats:
-        return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
+    As others would read without their effects: a tone that all hear has another phase on each.
+    """
+    keep, signal = nominal.keep, nominal.codes[:, [other]]
+    own, now = nominal.u[keep, None], signal[keep]
 
-    late = [
-        Candidate(slow(codes, tau_s) - own, {**source, "tau_s": tau_s}, "late") for tau_s in wires_s
-    ]
-    coupled = [
-        Candidate(heard[keep] - slow(heard, tau_s), {**source, "tau_s": tau_s}, "coupled")
-        for tau_s in capacitors_s
-    ]
+    def slow(tau_s: float) -> tuple[Floats, dict[str, float]]:
+        columns = low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
+        return columns, {"source": float(other), "tau_s": tau_s}
+
+    late = [Candidate(part - own, values, "late") for part, values in map(slow, wires_s)]
+    coupled = [Candidate(now - part, values, "coupled") for part, values in map(slow, capacitors_s)]
     return late + coupled
 
 
