@@ -225,6 +225,27 @@ def test_a_supply_that_all_channels_pull_down_is_crosstalk() -> None:
     assert result.data["effects"][0]["channels"] == ["s1", "s2"]
 
 
+def test_a_neighbour_is_heard_through_a_capacitance() -> None:
+    """In series only what is fast comes through, beside its own; to ground it comes late."""
+    x, codes = clean(11)
+    series, ground = (codes[:, 0] - filtered(codes[:, :1], tau)[:, 0] for tau in (1.0, 0.15))
+    for change in (0.3 * series, 0.15 * (codes[:, 0] - ground - codes[:, 1])):
+        hurt = codes.copy()
+        hurt[:, 1] += change
+        result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+        assert result.effects == ("crosstalk",)
+        assert result.data["effects"][0]["channels"] == ["s2"]
+
+
+def test_overshoot_may_be_larger_one_way() -> None:
+    x, codes = clean(11)
+    rate = np.gradient(x) * RATE_HZ
+    hurt = codes.copy()
+    hurt[:, 0] += 300.0 * filtered(np.where(rate > 0.0, rate, -0.3 * rate)[:, None], 0.5)[:, 0]
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("overshoot",)
+
+
 def test_a_neighbour_is_heard_with_what_it_has() -> None:
     """What a neighbour's own effect adds goes over with the rest, at the same share."""
     x, codes = clean(12)

@@ -8,6 +8,7 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 from softsense.effects.operators import low_pass, rate
 
 TAUS_S = (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
+LADDERS_S = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
 
 
 def simulate(
@@ -40,14 +41,18 @@ def explain(nominal: Nominal) -> list[Candidate]:
             parts[tau_s] = np.stack([y, y * share], axis=1)
             result.append(Candidate(parts[tau_s], {"tau_s": tau_s}))
         # A network that forms again at several rates.
-        for ladder in ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0)):
+        for ladder in LADDERS_S:
             columns = np.concatenate([parts[tau_s] for tau_s in ladder], axis=1)
             result.append(Candidate(columns, {}))
     ways = np.stack([np.maximum(nominal.rate, 0.0), np.maximum(-nominal.rate, 0.0)], axis=1)
+    sides = {}
     for tau_s in TAUS_S:
         y = low_pass(ways, nominal.dt_s, np.full(2, tau_s), None, rest=np.zeros(2))[0]
-        columns = y[nominal.keep] * nominal.span
-        result.append(Candidate(columns, {"tau_s": tau_s}, "one_way", parallel=True))
+        sides[tau_s] = y[nominal.keep] * nominal.span
+        result.append(Candidate(sides[tau_s], {"tau_s": tau_s}, "one_way", parallel=True))
+    for ladder in LADDERS_S:
+        columns = np.concatenate([sides[tau_s] for tau_s in ladder], axis=1)
+        result.append(Candidate(columns, {}, "one_way", parallel=True))
     return result
 
 
