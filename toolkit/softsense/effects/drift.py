@@ -37,7 +37,10 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Laws of time; alone, or felt somewhat more or less at full signal (a divider's slope)."""
+    """Laws of time; alone, or felt somewhat more or less at full signal (a divider's slope).
+
+    Avrami (J. Chem. Phys. 7, 1939): what cures slowly at first, or goes on for ever more slowly.
+    """
     t = np.maximum(nominal.time_s, 0.0)
     laws: list[tuple[str, dict[str, float], Floats]] = []
     for tau_s in (1.0, 4.0, 15.0, 60.0, 200.0):
@@ -55,6 +58,10 @@ def explain(nominal: Nominal) -> list[Candidate]:
         for law in (t / (t + tau_s), 1.0 - 1.0 / np.sqrt(1.0 + t / tau_s)):
             column = (law * nominal.span)[:, None]
             result.append(Candidate(column, {"tau_s": tau_s}, "hyperbolic"))
+    for tau_s in (30.0, 60.0, 120.0, 240.0):
+        for order in (0.6, 1.5, 2.0):
+            cured = (-np.expm1(-((t / tau_s) ** order)) * nominal.span)[:, None]
+            result.append(Candidate(cured, {"tau_s": tau_s}, "avrami"))
     mixed = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
     return [*result, Candidate(np.stack(mixed, axis=1) * nominal.span, {}, "mixed")]
 

@@ -41,18 +41,23 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the way gone."""
-    t = nominal.time_s / REFERENCE_S
+    t = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
     way = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
     moved = nominal.u - nominal.rest
     return [
         Candidate(moved[:, None], {}, "constant"),
         Candidate((moved * t)[:, None], {}, "ageing"),
-        Candidate((moved * np.sqrt(np.maximum(t, 0.0)))[:, None], {}, "cycles"),
+        Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
         Candidate((moved * np.sqrt(way))[:, None], {}, "cycles"),
         *(Candidate((moved * np.log1p(way / w))[:, None], {}, "logarithmic") for w in (2.0, 20.0)),
         *(
             Candidate((moved * -np.expm1(-t / part))[:, None], {}, "settling")
             for part in (0.05, 0.15, 0.4)
+        ),
+        *(
+            Candidate((moved * -np.expm1(-((t / part) ** order)))[:, None], {}, "avrami")
+            for part in (0.2, 0.35, 0.6)
+            for order in (1.5, 2.0)
         ),
     ]
 
