@@ -29,6 +29,11 @@ NAME_PRICE = 0.25
 NAME_SHARE = 0.002
 # The same of the second and third where all are exact.
 EXACT_NAME_SHARE = 0.001
+# The same of the second and third where all are named on the same channels, and not on every one:
+# there lies what an equation leaves that is only nearly right, and seldom another effect. No more
+# than so many times what is left, for two that leave nearly nothing are both right.
+SAME_CHANNELS_SHARE = 0.004
+SHARE_OF_LEFT = 2.0
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,10 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
     each = NAME_PRICE * channels[0].samples
     gap = sum(channel.excess for channel in channels)
+    if _on_the_same(fits, names):
+        left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
+        share = min(SAME_CHANNELS_SHARE * gap, SHARE_OF_LEFT * max(left, 0.0))
+        price += share * (len(names) - 1)
     if WALK in names:
         # How large an effect is, is not seen beside a walk, unless it is slow.
         price += each * beside_walk(len(names) - 1)
@@ -73,6 +82,12 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         for name in names
     ]
     return Model(names, fits, price + sum(costs) + shares)
+
+
+def _on_the_same(fits: Sequence[Fit], names: Names) -> bool:
+    """Whether several effects are named on the same channels, and not on every one."""
+    named = [{name for name, _ in fit.picks} for fit in fits if fit.picks]
+    return len(names) > 1 and len(named) < len(fits) and all(each == names for each in named)
 
 
 def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:

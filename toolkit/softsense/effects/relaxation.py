@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import expm1
 
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import low_pass
+from softsense.effects.operators import compiled, low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.85
@@ -24,6 +25,9 @@ LADDERS = (
     (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
 )
 BENDS = (-0.4, 0.4, 1.0)
+# Time constants of a rising signal, and how many times as long a falling one takes.
+PACES_S = (2.0, 4.0, 8.0, 16.0, 32.0)
+RECOVERIES = (0.4, 0.6, 1.7, 2.5)
 
 
 def ladder(values: Values, form: str) -> tuple[Floats, Floats]:
@@ -66,13 +70,15 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
-    stretched further relaxes more than in proportion)."""
+    stretched further relaxes more than in proportion); and a part that relaxes at another pace
+    than it recovers."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
     curves = [nominal.u + bend * nominal.share * (nominal.u - nominal.low) for bend in BENDS]
     return [
         *_singles(nominal, near),
         *(_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS),
         *(_prony(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
+        *_uneven(nominal),
     ]
 
 
@@ -81,6 +87,34 @@ def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
         Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
         for tau in taus.tolist()
     ]
+
+
+def _uneven(nominal: Nominal) -> list[Candidate]:
+    return [
+        Candidate(
+            (_followed(nominal.u, nominal.dt_s / tau, nominal.dt_s / (tau * ratio)) - nominal.u)[
+                :, None
+            ],
+            {"tau_s": tau, "recovers": ratio},
+            "uneven",
+            largest=MOST,
+        )
+        for tau in PACES_S
+        for ratio in RECOVERIES
+    ]
+
+
+@compiled
+def _followed(signal: Floats, rising: float, falling: float) -> Floats:
+    """(samples,) what goes to ``signal`` by these shares of its distance per sample, settled."""
+    up, down = -expm1(-rising), -expm1(-falling)
+    output = np.empty_like(signal)
+    y = signal[0]
+    for k in range(len(signal)):
+        gone = signal[k] - y
+        y += gone * (up if gone > 0.0 else down)
+        output[k] = y
+    return output
 
 
 def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
