@@ -11,10 +11,12 @@ from softsense.effects.operators import low_pass
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
+# The same where it comes late and without its effects: no more than of its own.
+MOST_LATE = 0.5
 # Time constants of the wire that a share comes through, and of the capacitor that lets only what is
 # faster through.
 WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
-CAPACITORS_S = (0.2, 0.5, 1.2, 3.0)
+CAPACITORS_S = (0.2, 0.5, 1.2)
 
 
 def simulate(
@@ -91,20 +93,25 @@ def _filtered(
     nominal: Nominal, other: int, wires_s: Sequence[float], capacitors_s: Sequence[float]
 ) -> list[Candidate]:
     """What of another channel comes late, through the wire's capacitance, instead of its own; and
-    what comes through the capacitance between two wires, beside its own.
+    what comes through the capacitance between two wires, beside its own."""
+    keep = nominal.keep
+    own, would, really = nominal.u[keep, None], nominal.codes[:, [other]], nominal.heard[:, [other]]
 
-    As others would read without their effects: a tone that all hear has another phase on each.
-    """
-    keep, signal = nominal.keep, nominal.codes[:, [other]]
-    own, now = nominal.u[keep, None], signal[keep]
+    def slow(signal: Floats, tau_s: float) -> Floats:
+        return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
 
-    def slow(tau_s: float) -> tuple[Floats, dict[str, float]]:
-        columns = low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
-        return columns, {"source": float(other), "tau_s": tau_s}
-
-    late = [Candidate(part - own, values, "late") for part, values in map(slow, wires_s)]
-    coupled = [Candidate(now - part, values, "coupled") for part, values in map(slow, capacitors_s)]
-    return late + coupled
+    result = []
+    for tau_s in wires_s:
+        values = {"source": float(other), "tau_s": tau_s}
+        late = slow(would, tau_s) - own
+        result.append(Candidate(late, values, "late", largest=MOST_LATE))
+    for tau_s in capacitors_s:
+        values = {"source": float(other), "tau_s": tau_s}
+        # A tone that all hear has another phase on each: much of what others really read says it.
+        for signal, most in ((really, MOST), (would, np.inf)):
+            fast = signal[keep] - slow(signal, tau_s)
+            result.append(Candidate(fast, values, "coupled", largest=most))
+    return result
 
 
 EFFECT = Effect(

@@ -90,18 +90,14 @@ def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
 
 
 def _uneven(nominal: Nominal) -> list[Candidate]:
-    return [
-        Candidate(
-            (_followed(nominal.u, nominal.dt_s / tau, nominal.dt_s / (tau * ratio)) - nominal.u)[
-                :, None
-            ],
-            {"tau_s": tau, "recovers": ratio},
-            "uneven",
-            largest=MOST,
-        )
-        for tau in PACES_S
-        for ratio in RECOVERIES
-    ]
+    result = []
+    for rising_s in PACES_S:
+        for recovers in RECOVERIES:
+            rising, falling = nominal.dt_s / rising_s, nominal.dt_s / (rising_s * recovers)
+            column = (_followed(nominal.u, rising, falling) - nominal.u)[:, None]
+            values = {"rising_s": rising_s, "recovers": recovers}
+            result.append(Candidate(column, values, "uneven", largest=MOST))
+    return result
 
 
 @compiled
