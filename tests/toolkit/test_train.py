@@ -10,6 +10,7 @@ from softsense.mlp import Mlp
 from softsense.recording import FrontEnd, Recording
 from softsense.train import fit
 from softsense.train.levenberg_marquardt import Weights, nguyen_widrow, normal_equations
+from softsense.train.tanh import tanh
 
 
 def recording(samples: int = 1200, outputs: int = 1) -> Recording:
@@ -56,6 +57,13 @@ def test_normal_equations_are_those_of_the_differentiated_network(outputs: int) 
     np.testing.assert_allclose(np.tril(gram), exact, atol=1e-6 * np.abs(exact).max())
     np.testing.assert_allclose(gradient, jacobian.T @ residual(vector), rtol=1e-6, atol=1e-5)
     assert square == pytest.approx(float(residual(vector) @ residual(vector)))
+
+
+def test_the_vector_tanh_is_tanh() -> None:
+    x = np.concatenate([np.linspace(-50.0, 50.0, 20001), np.geomspace(1e-300, 1.0, 301), [0.0]])
+    values = x.copy()
+    tanh(values, np.empty_like(x))
+    np.testing.assert_allclose(values, np.tanh(x), rtol=0.0, atol=1e-15)
 
 
 def test_flat_and_unflat_are_inverse() -> None:

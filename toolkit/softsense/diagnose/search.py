@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from softsense.diagnose.channel import WALK, Channel, all_at_once, beside_walk
+from softsense.diagnose.channel import SHARE_OF_LEFT, WALK, Channel, all_at_once, beside_walk
 from softsense.diagnose.design import Fit
 
 Names = frozenset[str]
@@ -30,10 +30,8 @@ NAME_SHARE = 0.002
 # The same of the second and third where all are exact.
 EXACT_NAME_SHARE = 0.001
 # The same of the second and third where all are named on the same channels, and not on every one:
-# there lies what an equation leaves that is only nearly right, and seldom another effect. No more
-# than so many times what is left, for two that leave nearly nothing are both right.
+# there lies what an equation leaves that is only nearly right, and seldom another effect.
 SAME_CHANNELS_SHARE = 0.004
-SHARE_OF_LEFT = 2.0
 
 
 @dataclass(frozen=True)
