@@ -46,6 +46,7 @@ class Case:
     truth: dict[str, tuple[int, ...]]
     excitation: str
     onset_s: float | None
+    unseen: bool  # an equation of it is used by the held-out half only
 
 
 def motion(rng: Random, samples: int, excitation: str) -> Floats:
@@ -549,7 +550,7 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
     nominal, signals = sensors(np.random.default_rng(physics), x, channels)
     noise = rng.uniform(0.7, 2.2, channels)
     real = nominal.copy()
-    truth, onset = {}, None
+    truth, onset, unseen = {}, None, False
     for name in names:
         some = rng.choice(channels, int(rng.integers(1, channels + 1)), replace=False)
         everywhere = name in WIDE or rng.random() < 0.4
@@ -557,6 +558,7 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
         size = float(np.exp(rng.uniform(np.log(3.0), np.log(30.0))))
         stream = int(rng.integers(2**31))
         family = LAST if held_out and rng.random() < 0.6 else int(rng.integers(LAST))
+        unseen = unseen or family == LAST
         if name in WIDE or name.startswith("retune:"):
             truth[name] = tuple(range(channels))
             real += _moved(name, family, size, x, physics, channels, noise, nominal)
@@ -600,6 +602,7 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
         truth,
         excitation,
         onset,
+        unseen,
     )
 
 

@@ -74,6 +74,7 @@ def score(job: Job) -> dict[str, Any]:
     result = {
         "hidden": list(names),
         "excitation": excitation,
+        "unseen": case.unseen,
         "said": list(said),
         "kinds": [effect["kind"] for effect in data["effects"]],
         "unknown": data["unexplained"]["unknown_effect"],
@@ -153,16 +154,24 @@ def table(results: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
         allowed = ALIASES[r["hidden"][0]]
         return r["unknown"] or bool(r["said"] and set(r["said"]) <= allowed)
 
+    def exact(row: list[dict[str, Any]], unseen: bool) -> str:
+        right = [set(r["said"]) == set(r["hidden"]) for r in row if r["unseen"] == unseen]
+        return rate(right) if right else "-"
+
     overlaps = [o for r in one for o in r["overlap"]]
     onsets = [r["onset_error_s"] for r in one if r["onset_error_s"] is not None]
     apart = [abs(r["claimed"] - r["closed"]) for r in closing]
     later = [r["closed_later"] for r in closing]
     return {
         "one effect, exact": rate([set(r["said"]) == set(r["hidden"]) for r in one]),
+        "  with equations of the training half": exact(one, False),
+        "  with equations never seen": exact(one, True),
         "one effect, top-1": rate([r["said"][:1] == r["hidden"] for r in one]),
         "two effects, both and nothing else": rate(
             [set(r["said"]) == set(r["hidden"]) for r in two]
         ),
+        "  with equations of the training half ": exact(two, False),
+        "  with an equation never seen": exact(two, True),
         "two effects, at least one": rate([bool(set(r["said"]) & set(r["hidden"])) for r in two]),
         "no effect, false alarm": rate([bool(r["said"]) or r["unknown"] for r in results["none"]]),
         "foreign mechanism said to be unknown": rate([r["unknown"] for r in results["foreign"]]),
