@@ -444,12 +444,14 @@ class Channel:
         ]
 
     def _beyond(self, fit: Fit) -> list[str]:
-        """Effects whose weights are larger than physics has them."""
-        return [
-            pick[0]
-            for pick, weights in self.weighted(fit)
-            if float(np.abs(weights).max()) > self.entries[pick[0]][pick[1]].candidate.largest
-        ]
+        """Effects whose weights are larger than physics has them, or of the other sign."""
+        result = []
+        for pick, weights in self.weighted(fit):
+            candidate = self.entries[pick[0]][pick[1]].candidate
+            below = candidate.positive and float(weights.min()) < 0.0
+            if below or float(np.abs(weights).max()) > candidate.largest:
+                result.append(pick[0])
+        return result
 
     def _choose(
         self,

@@ -175,7 +175,7 @@ class Candidate:
     ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
     curve besides, of the signal or of time, which other effects could be behind. ``pliable``: it
     follows whatever is near, also where the effect is an exact equation. ``largest``: weights
-    beyond it are not physical.
+    beyond it are not physical; ``positive``: nor those below 0.
     """
 
     columns: Floats
@@ -186,11 +186,12 @@ class Candidate:
     curved: bool = False
     pliable: bool = False
     largest: float = np.inf
+    positive: bool = False
 
     @property
     def conditional(self) -> bool:
         """Whether weights that fit best may be unphysical."""
-        return self.parallel or self.largest < np.inf
+        return self.parallel or self.positive or self.largest < np.inf
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -11,8 +11,9 @@ from softsense.effects.operators import low_pass
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
-# The same where it comes late and without its effects: no more than of its own.
+# The same of what comes late, and of what comes through a capacitance as it would without effects.
 MOST_LATE = 0.5
+MOST_COUPLED = 1.0
 # Time constants of the wire that a share comes through, and of the capacitor that lets only what is
 # faster through.
 WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
@@ -104,13 +105,13 @@ def _filtered(
     for tau_s in wires_s:
         values = {"source": float(other), "tau_s": tau_s}
         late = slow(would, tau_s) - own
-        result.append(Candidate(late, values, "late", largest=MOST_LATE))
+        result.append(Candidate(late, values, "late", largest=MOST_LATE, positive=True))
     for tau_s in capacitors_s:
         values = {"source": float(other), "tau_s": tau_s}
         # A tone that all hear has another phase on each: much of what others really read says it.
-        for signal, most in ((really, MOST), (would, np.inf)):
+        for signal, most in ((really, MOST), (would, MOST_COUPLED)):
             fast = signal[keep] - slow(signal, tau_s)
-            result.append(Candidate(fast, values, "coupled", largest=most))
+            result.append(Candidate(fast, values, "coupled", largest=most, positive=True))
     return result
 
 
