@@ -118,10 +118,12 @@ def _filtered(
 EFFECT = Effect(
     name="crosstalk",
     stage="electrical",
-    mechanism="the sampling capacitor keeps part of the channel before; or channels share a supply",
+    mechanism="the sampling capacitor keeps part of the channel before; channels share a supply; "
+    "or wires couple through a capacitance",
     equation="scan: u_i + A (u_j - u_i), j the channel scanned before; supply: u_i (1 - A mean u)",
     source="incomplete RC settling of a multiplexed converter: A = exp(-t_sample / (R C))",
-    fingerprint="follows another channel, one way only, in the order of the scan",
+    fingerprint="follows another channel, one way only: in the order of the scan, or late, or only "
+    "its fast part",
     parameters=(
         Parameter("amplitude", "1", 0.002, 0.2, 0.03, "share of the other channel"),
         Parameter("source", "channel", -1.0, 63.0, -1.0, "channel heard; -1: the one before"),

@@ -1,4 +1,4 @@
-"""tanh of many values at once: training spends as long in it as in its linear algebra."""
+"""tanh of many values at once: with numpy's, training spent as long in it as in its products."""
 
 from __future__ import annotations
 
