@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import numpy as np
 import pytest
 
@@ -9,7 +11,7 @@ from softsense.errors import SoftsenseError
 from softsense.mlp import Mlp
 from softsense.recording import FrontEnd, Recording
 from softsense.train import fit
-from softsense.train.levenberg_marquardt import Weights, nguyen_widrow, normal_equations
+from softsense.train.levenberg_marquardt import Status, Weights, nguyen_widrow, normal_equations
 from softsense.train.tanh import tanh
 
 
@@ -66,6 +68,22 @@ def test_the_vector_tanh_is_tanh() -> None:
     np.testing.assert_allclose(values, np.tanh(x), rtol=0.0, atol=1e-15)
 
 
+@pytest.mark.parametrize("outputs", [1, 2])
+def test_the_best_second_layer_has_no_slope_left(outputs: int) -> None:
+    rng = np.random.default_rng(6)
+    x, y = rng.uniform(-1, 1, (700, 3)), rng.uniform(-1, 1, (700, outputs))
+    start = nguyen_widrow(rng, 3, 5, outputs)
+    hidden = start.hidden(x)
+    best = start.with_best_outputs(hidden, y, 0.5)
+    _, gradient, square = normal_equations(best, x, y, hidden)
+    slope = gradient + 0.5 * best.flat()
+    second = outputs * (5 + 1)
+    np.testing.assert_allclose(slope[-second:], 0.0, atol=1e-10)
+    assert np.array_equal(best.w1, start.w1)
+    assert np.array_equal(best.b1, start.b1)
+    assert square < float(np.sum((start.outputs(hidden) - y) ** 2))
+
+
 def test_flat_and_unflat_are_inverse() -> None:
     weights = nguyen_widrow(np.random.default_rng(0), 2, 4, 2)
     back = weights.unflat(weights.flat())
@@ -86,7 +104,7 @@ def test_a_smooth_map_is_learnt_down_to_the_noise(outputs: int) -> None:
     result = fit(rec, hidden=10)
     # Noise of 8 codes of 2500 per unit strain leaves 0.0032 for one sensor, less for three.
     assert max(result.rmse["test"]) < 0.0032
-    assert result.status in {"validation rose", "gradient small", "damping limit", "epoch limit"}
+    assert result.status in get_args(Status)
     again = Mlp.from_json(result.mlp.to_json())
     error = again.predict(rec.codes[result.split.test]) - rec.target[result.split.test]
     np.testing.assert_allclose(np.sqrt((error**2).mean(axis=0)), result.rmse["test"])

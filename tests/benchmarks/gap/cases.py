@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 8  # family of the held-out half
+LAST = 9  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -104,7 +104,7 @@ def sensors(
         s = rng.uniform(0.3, 1.2) * (y + rng.uniform(-0.3, 0.5) * y**2)
         share, tau_s = rng.uniform(0.05, 0.3), rng.uniform(1.0, 4.0)
         s = s + factor["memory"] * factor["relaxation"] * share * (
-            low_pass(s, factor["tau"] * factor["pace"] * tau_s) - s
+            low_pass(s, factor["tau"] * factor["pace"] * factor["quick"] * tau_s) - s
         )
         slow = factor["memory"] * factor["slow"] * factor["creep"] * rng.uniform(0.02, 0.15)
         s = s + slow * (
@@ -113,7 +113,9 @@ def sensors(
         )
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
-        signals.append(s + size * low_pass(speed, factor["settle"] * rng.uniform(0.2, 0.6)))
+        signals.append(
+            s + size * low_pass(speed, factor["settle"] * factor["quick"] * rng.uniform(0.2, 0.6))
+        )
     s = np.stack(signals, axis=1)
     base = rng.uniform(1300.0, 1800.0, channels)
     gain = rng.choice([-1.0, 1.0], channels) * rng.uniform(500.0, 900.0, channels)
@@ -303,6 +305,28 @@ def _shifted(rng: Random, s: Floats, y: Floats) -> Floats:
     return z - s
 
 
+def _branched(rng: Random, y: Floats) -> Floats:
+    """Duhem: up and down it is drawn to two curves, and climbs as they do."""
+    steep, apart, draws = rng.uniform(1.5, 4.0), rng.uniform(0.05, 0.2), rng.uniform(1.0, 5.0)
+    z = np.zeros(len(y))
+    for k in range(1, len(y)):
+        d = y[k] - y[k - 1]
+        curve = np.tanh(steep * (y[k] - 0.5 - apart * np.sign(d)))
+        z[k] = z[k - 1] + steep * (1.0 - curve**2) * d + draws * abs(d) * (curve - z[k - 1])
+    return z
+
+
+def _spread(rng: Random, s: Floats, t: Floats) -> Floats:
+    """Cole and Cole: time constants spread evenly about their middle, on a log scale."""
+    width, middle = rng.uniform(0.3, 0.7), rng.uniform(2.0, 15.0)
+    far = np.linspace(-6.0, 6.0, 49)
+    weight = 1.0 / (np.cosh((1.0 - width) * far) - np.cos(width * np.pi))
+    gone = -np.expm1(-t[:, None] / (middle * np.exp(far)))
+    return (
+        np.asarray(fftconvolve(s, np.diff(gone @ weight / weight.sum(), prepend=0.0))[: len(s)]) - s
+    )
+
+
 def _damaged(rng: Random, y: Floats, top: Floats) -> Floats:
     """Ogden and Roxburgh on a neo-Hookean bar: damage by stored energy, on its stress."""
 
@@ -383,6 +407,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _sloped(rng, y),
             lambda: _enveloped(rng, y),
             lambda: _endochronic(rng, y),
+            lambda: _branched(rng, y),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
@@ -394,6 +419,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _quasi_linear(rng, s, t),
             lambda: _uneven(rng, s),
             lambda: _shifted(rng, s, y),
+            lambda: _spread(rng, s, t),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
@@ -405,6 +431,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.tanh((top**2 - y**2) / (0.2 + 0.5 * top**2)) * y + rng.uniform(0, 0.3) * top,
             lambda: (1.0 - (y / np.maximum(top, 1e-3)) ** rng.uniform(1.0, 3.0)) * y,
             lambda: _damaged(rng, y, top),
+            lambda: (top - y) * y / (rng.uniform(0.1, 0.5) + top),
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -423,6 +450,10 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 rng.uniform(0.2, 1.0),
             ),
             lambda: _lingering(rng, speed, t),
+            lambda: (
+                low_pass(speed / (speed + rng.uniform(0.05, 0.3)), rng.uniform(0.2, 1.0))
+                * (1.2 - y)
+            ),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
@@ -434,6 +465,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _soaked(t / rng.uniform(100.0, 1000.0)),
             lambda: -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 2)),
             lambda: np.tanh(t / rng.uniform(100.0, 300.0)) + rng.uniform(0.0, 0.4) * t / 400.0,
+            lambda: np.log1p((t / rng.uniform(20.0, 150.0)) ** rng.uniform(0.7, 1.5)),
         ],
         "gain": [
             lambda: s - s[0],
@@ -445,6 +477,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (s - s[0]) * -np.expm1(-np.cumsum(speed) * DT_S / rng.uniform(5.0, 50.0)),
             lambda: (s - s[0]) * -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 1.5)),
             lambda: (s - s[0]) / (1.0 + np.exp((rng.uniform(100.0, 300.0) - t) / 40.0)),
+            lambda: (s - s[0]) * (1.0 - (1.0 + t / rng.uniform(10.0, 100.0)) ** -0.5),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
@@ -455,6 +488,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.cumsum(rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t)))),
             lambda: np.cumsum(lfilter([1.0], [1.0, -0.8], rng.normal(size=len(t)))),
             lambda: np.cumsum(rng.laplace(size=len(t)) * (rng.random(len(t)) < 0.3)),
+            lambda: _coloured(rng, len(t), rng.uniform(2.0, 2.3)),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
@@ -469,6 +503,9 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 axis=0,
             ),
             lambda: _bowed((s - s.min()) / np.ptp(s), rng.uniform(-1.0, 1.0)),
+            lambda: np.polynomial.chebyshev.chebval(
+                2.0 * (s - s.min()) / np.ptp(s) - 1.0, [0, 0, 0, *rng.normal(size=4)]
+            ),
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
@@ -487,6 +524,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 + 0.6 * np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t)
             ),
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t) * np.exp(0.4 * s),
+            lambda: np.sin(2.0 * np.pi * (rng.uniform(1.0, 8.0) + 0.0005 * t) * t),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -501,6 +539,9 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.convolve((rng.random(len(t)) < 0.001) * rng.normal(size=len(t)), [1.0, 1.0])[
                 : len(t)
             ],
+            lambda: (
+                (rng.random(len(t)) < 0.003) * rng.lognormal(0.0, 0.8, len(t)) * np.sign(y - 0.5)
+            ),
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
@@ -511,6 +552,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: rng.normal(size=len(t)) * np.exp(0.5 * _calm(rng, len(t))),
             lambda: rng.normal(size=len(t)) * (0.3 + t / 400.0),
             lambda: rng.uniform(-1.0, 1.0, len(t)) * np.sqrt(0.2 + np.abs(s)),
+            lambda: rng.standard_t(6.0, size=len(t)) * np.sqrt(0.1 + (y - 0.5) ** 2),
         ],
     }
     choices = table[name]
@@ -531,9 +573,9 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = tuple("contact load sticking ringing loose tremble touch tug bend gust".split())
+FOREIGN = tuple("contact load sticking ringing loose tremble touch tug bend gust knock".split())
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = tuple("relaxation tau overshoot creep late settle pace memory slow".split())
+RETUNED = tuple("relaxation tau overshoot creep late settle pace memory slow quick".split())
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -668,6 +710,11 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
     if name == "gust":  # a warm breath now and then, that it gets rid of slowly
         puffs = (rng.random(n) < 0.002) * rng.exponential(size=n)
         return low_pass(low_pass(puffs, rng.uniform(5.0, 15.0)), 0.5)
+    if name == "knock":  # struck now and then, and rings a little
+        struck = (rng.random(n) < 0.002) * rng.normal(size=n)
+        k = np.arange(40) * DT_S
+        rung = np.exp(-k / 0.4) * np.cos(2.0 * np.pi * rng.uniform(0.8, 2.0) * k)
+        return np.asarray(fftconvolve(struck, rung)[:n])
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -710,7 +757,8 @@ def _moved(
                 5: 0.5 + (index / SAMPLES) ** 2,
                 6: 1.2 - 0.6 * np.exp(-index / 2000.0),
                 7: 0.5 + 0.3 * np.floor(index / 2300.0),  # samples get lost
-                LAST: 0.5 + (index % 2600) / 2600.0,  # set right now and then
+                8: 0.5 + (index % 2600) / 2600.0,  # set right now and then
+                LAST: 0.5 + np.maximum(index / SAMPLES - 0.5, 0.0),  # goes wrong half way
             }
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
@@ -725,10 +773,12 @@ def _moved(
                     wide *= 0.7 + 0.6 * k / SAMPLES
                 if family == 7:  # teeth that are not alike
                     wide *= 1.0 + 0.3 * np.sin(30.0 * value)
-                stop = min(max(z, value - wide), value + wide)
+                # One of its sides is worn, where it is used most.
+                behind = wide * (0.4 + value) if family == LAST else wide
+                stop = min(max(z, value - behind), value + wide)
                 z = stop + soft * (value - stop)
                 seen[k] = z
-            if family == LAST:  # a spring beside the play
+            if family == 8:  # a spring beside the play
                 seen = 0.8 * seen + 0.2 * x
         else:
             more = {name.removeprefix("retune:"): 1.0 + 4.0 * middle}
@@ -759,7 +809,10 @@ def _change(
             late = low_pass(own, tau, 1 + family % 2)
             if family == 3:
                 late = low_pass(late, 0.4 * tau)
-            if family == LAST:  # a part of it comes through at once
+            if family == LAST:  # discharges more slowly than it charges
+                rise, fall = DT_S / (tau + DT_S), DT_S / (1.5 * tau + DT_S)
+                late = own + _following(own, lambda gone: gone * (rise if gone > 0.0 else fall))
+            if family == 8:  # a part of it comes through at once
                 late = 0.85 * late + 0.15 * own
             if family == 7:  # three stages that are alike
                 late = low_pass(own, 0.6 * tau, 3)
@@ -788,7 +841,10 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:  # its last part is bent to a limit
+            if family == LAST:  # at both of its ends
+                low = own.min() + 0.3 * (own.max() - level)
+                change = np.clip(own, low, level) - own
+            if family == 8:  # its last part is bent to a limit
                 above, room = np.maximum(own - level, 0.0), 0.15 * np.ptp(own)
                 change = room * np.tanh(above / room) - above
             if family == 7:  # a supply that sags
@@ -812,7 +868,9 @@ def _change(
             change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
-        if family == LAST:  # a little of every other
+        if family == LAST:  # the more, the higher its own resistance is
+            change *= 0.4 + (own - own.min()) / np.ptp(own)
+        if family == 8:  # a little of every other
             mixed = np.random.default_rng(channel).uniform(0.2, 1.0, codes.shape[1])
             change = codes @ mixed / mixed.sum() - own
         if family == 7:  # through a capacitor
@@ -830,7 +888,9 @@ def _change(
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
-        if family == LAST:  # goes in two blows
+        if family == LAST:  # comes back with the logarithm of time
+            change *= 1.0 - 0.1 * np.log1p(since / 2.0)
+        if family == 8:  # goes in two blows
             change *= 0.6 + 0.4 * (since > 3.0)
         if family == 7:  # slips once more
             change *= 1.0 + 0.5 * (since > 25.0)

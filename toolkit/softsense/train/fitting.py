@@ -15,7 +15,7 @@ from softsense.mlp import Layer, Mlp, MlpInput, MlpOutput
 from softsense.notebook import Shown
 from softsense.recording import Recording, Split
 from softsense.select import Selection
-from softsense.train.levenberg_marquardt import Outcome, Weights, descend, nguyen_widrow
+from softsense.train.levenberg_marquardt import Outcome, Status, Weights, descend, nguyen_widrow
 
 Floats = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -25,7 +25,7 @@ Progress = Callable[[float], None]
 # tests/benchmarks/training/references.py): up to 1e-3 costs nothing, 1e-2 halves the sum of the
 # output weights' sizes, which fixed point likes, but costs accuracy where noise is low.
 DECAY = 1e-3
-PATIENCE = 20
+PATIENCE = 10
 
 
 @dataclass(frozen=True, repr=False)
@@ -34,15 +34,15 @@ class Fit(Shown):
 
     ``rmse``: "train", "validation", "test" to one root mean square error per target, in the
     targets' units. ``accuracy``: 1 / mean squared test error (mean over the targets), the paper's
-    measure. ``status``: "validation rose", "gradient small", "damping limit" or "epoch limit".
-    ``train_mse``, ``validation_mse``: per epoch, of the run that won, for scaled targets.
+    measure. ``status``: why the descent ended. ``train_mse``, ``validation_mse``: per epoch, of the
+    run that won, for scaled targets.
     """
 
     mlp: Mlp
     split: Split
     rmse: dict[str, tuple[float, ...]]
     accuracy: float
-    status: str
+    status: Status
     epochs: int
     best_epoch: int
     restarts: int

@@ -2,30 +2,38 @@
 
 With residuals e(w) of every sample and output, the cost is C(w) = |e|^2 + decay |w|^2 and the step
 solves (J'J + (decay + damping) I) s = -(J'e + decay w), J = de/dw (Levenberg 1944, Marquardt 1963;
-Hagan and Menhaj 1994 for networks). A step that lowers the cost is taken and the damping falls;
-one that raises it is thrown away and the damping grows.
+Hagan and Menhaj 1994 for networks). A step that lowers the cost is taken, one that raises it is
+thrown away, and the damping follows how much of the promised fall came true (Nielsen, Damping
+parameter in Marquardt's method, 1999).
+
+The output is linear in the second layer, so after each step that layer is set to its least squares
+solution (Golub and Pereyra 1973; that a full Gauss-Newton step followed by it is nearly their
+variable projection: Kaufman 1975, Ruhe and Wedin 1980). Twenty epochs then go further than a
+hundred without.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.blas import ssyrk
+from scipy.linalg.blas import dsyrk, ssyrk
 from scipy.linalg.lapack import dposv
 
 from softsense.train.tanh import tanh
 
 Floats = NDArray[np.float64]
+Status = Literal["validation stopped falling", "gradient small", "damping limit", "epoch limit"]
 
 # Samples whose part of the Jacobian fits a core's cache.
 BLOCK = 512
 DAMPING_START = 1e-3
 DAMPING_LIMIT = 1e10
-DAMPING_UP = 10.0
-DAMPING_DOWN = 0.1
 GRADIENT_SMALL = 1e-7
+# A fall of the validation error by less than this share is no progress.
+ERROR_SMALL = 1e-3
 
 
 @dataclass(frozen=True)
@@ -68,6 +76,18 @@ class Weights:
         """Outputs (samples, outputs) for inputs (samples, inputs)."""
         return self.outputs(self.hidden(x))
 
+    def with_best_outputs(self, hidden: Floats, target: Floats, decay: float) -> Weights:
+        """The second layer that has least cost where the tanh units put out ``hidden``."""
+        samples, units = hidden.shape
+        columns = np.ones((samples, units + 1))
+        columns[:, :-1] = hidden
+        gram = dsyrk(1.0, columns.T, lower=1)
+        gram[np.diag_indices(units + 1)] += decay
+        _, second, flaw = dposv(gram, columns.T @ target, lower=1, overwrite_a=1)
+        if flaw:  # not positive definite to rounding: nothing better is known
+            return self
+        return Weights(self.w1, self.b1, second[:-1].T.copy(), second[-1].copy())
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -78,7 +98,7 @@ class Outcome:
     """
 
     weights: Weights
-    status: str
+    status: Status
     epochs: int
     best_epoch: int
     best_error: float
@@ -169,17 +189,21 @@ def descend(
     """Go down from ``start``; keep the weights of the lowest validation (or training) error.
 
     ``train``, ``validation``: (inputs, targets), both scaled to about [-1, 1]. Stops when the
-    validation error has not fallen for ``patience`` epochs, when the gradient is small, when no
+    validation error has hardly fallen for ``patience`` epochs, when the gradient is small, when no
     damping gives a better step, or after ``max_epochs``.
     """
     x, target = train
-    weights, damping, hidden = start, DAMPING_START, start.hidden(x)
-    best, best_epoch = start, 0
-    first_error = float(np.mean((start.predict(validation[0]) - validation[1]) ** 2))
-    best_error = max(first_error, float(np.mean((start.outputs(hidden) - target) ** 2)))
+    hidden = start.hidden(x)
+    weights = start.with_best_outputs(hidden, target, decay)
+    damping, growth = DAMPING_START, 2.0
+    best, best_epoch = weights, 0
+    first_error = float(np.mean((weights.predict(validation[0]) - validation[1]) ** 2))
+    best_error = max(first_error, float(np.mean((weights.outputs(hidden) - target) ** 2)))
+    progress_error, progress_epoch = best_error, 0
     train_history: list[float] = []
     validation_history: list[float] = [first_error]
-    status, epoch = "epoch limit", 0
+    status: Status = "epoch limit"
+    epoch = 0
     for epoch in range(1, max_epochs + 1):
         gram, gradient, square = normal_equations(weights, x, target, hidden)
         train_history.append(square / target.size)
@@ -199,9 +223,17 @@ def descend(
             if taken:
                 trial = weights.unflat(vector + step)
                 trial_hidden = trial.hidden(x)
+                trial = trial.with_best_outputs(trial_hidden, target, decay)
                 trial_square = float(np.sum((trial.outputs(trial_hidden) - target) ** 2))
-                taken = trial_square + decay * float(np.sum((vector + step) ** 2)) < cost
-            damping *= DAMPING_DOWN if taken else DAMPING_UP
+                fall = cost - trial_square - decay * float(np.sum(trial.flat() ** 2))
+                taken = fall > 0
+            if taken:
+                promised = damping * float(step @ step) - float(slope @ step)
+                damping *= max(1 / 3, 1 - (2 * fall / promised - 1) ** 3)
+                growth = 2.0
+            else:
+                damping *= growth
+                growth *= 2
         if not taken:
             status = "damping limit"
             break
@@ -214,8 +246,10 @@ def descend(
         error = max(error, trial_square / target.size)
         if error < best_error:
             best, best_error, best_epoch = weights, error, epoch
-        elif epoch - best_epoch >= patience:
-            status = "validation rose"
+        if error < (1 - ERROR_SMALL) * progress_error:
+            progress_error, progress_epoch = error, epoch
+        elif epoch - progress_epoch >= patience:
+            status = "validation stopped falling"
             break
     return Outcome(
         best,
