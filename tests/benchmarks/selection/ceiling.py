@@ -7,7 +7,8 @@ Trains every subset of built-in linear rigs that the score's form was not chosen
 starting weights on the same rows, and once on another draw of rows. Prints per size, as Spearman
 correlations of test accuracy:
 
-- score: of the score (which has not seen the test rows) with a training's accuracy, the mean;
+- score: of the score (which has not seen the test rows) with a training's accuracy, the mean of
+  two draws of rows;
 - best of starts: of the score with the network that has the least validation error;
 - other start, other rows: of one training's ranking with another's;
 - perfect start, perfect rows: their square roots. Two measurements of one truth with independent
@@ -78,38 +79,48 @@ def spearman(first: Sequence[float], second: Sequence[float]) -> float:
 def ceilings(rig: int, split: str, unseen: str, starts: int, jobs: int) -> list[dict[str, Any]]:
     """A row per size of subset."""
     rec = rig_recording(rig)
-    rows = recording.split(len(rec), split, 0)
-    known = rec.rows(np.sort(np.concatenate([rows.train, rows.validation])))
-    ranking = rank(known, unseen=unseen)
+    rankings = []
+    for draw in range(2):
+        rows = recording.split(len(rec), split, draw)
+        known = rec.rows(np.sort(np.concatenate([rows.train, rows.validation])))
+        rankings.append(rank(known, unseen=unseen))
     runs = [(0, start) for start in range(starts)] + [(1, 0)]
-    names = [s.sensors for s in reversed(ranking.subsets) if len(s.sensors) < len(rec.sensors)]
+    names = [s.sensors for s in reversed(rankings[0].subsets) if len(s.sensors) < len(rec.sensors)]
     tasks = [(rig, split, *one, sensors) for one in runs for sensors in names]
     with ProcessPoolExecutor(jobs, multiprocessing.get_context("spawn")) as pool:
         trained = dict(zip(tasks, pool.map(train, tasks, chunksize=4), strict=True))
     result = []
     for size in range(1, len(rec.sensors)):
-        subsets = ranking.of_size(size)
-        score = [subset.score for subset in subsets]
-        known = [[trained[rig, split, *one, s.sensors] for s in subsets] for one in runs]
-        accuracy = [[value for value, _ in start] for start in known]
+        sensors = [s.sensors for s in rankings[0].of_size(size)]
+        outcomes = [[trained[rig, split, *one, s] for s in sensors] for one in runs]
+        accuracy = [[value for value, _ in start] for start in outcomes]
         same, other_rows = accuracy[:-1], accuracy[-1]
-        best = [min(each, key=lambda one: one[1])[0] for each in zip(*known[:-1], strict=True)]
+        best = [min(each, key=lambda one: one[1])[0] for each in zip(*outcomes[:-1], strict=True)]
         start_again = mean([spearman(a, b) for a, b in combinations(same, 2)])
         rows_again = mean([spearman(start, other_rows) for start in same])
         logs = [abs(np.log(a) - np.log(b)) for a, b in combinations(np.asarray(same), 2)]
+        # Each draw of rows has a ranking and trainings of its own; both draws count alike.
+        foretold, first, three = [], [], []
+        for ranking, made in zip(rankings, (same, [other_rows]), strict=True):
+            scores = {s.sensors: s.score for s in ranking.of_size(size)}
+            by_score = sorted(range(len(sensors)), key=lambda k: -scores[sensors[k]])
+            foretold.append(mean([spearman([scores[s] for s in sensors], one) for one in made]))
+            first.append(mean([max(one) / one[by_score[0]] for one in made]))
+            three.append(mean([max(one) / max(one[k] for k in by_score[:3]) for one in made]))
+        score = [s.score for s in rankings[0].of_size(size)]
         result.append(
             {
                 "size": size,
                 "goal": GOALS[size],
-                "score": mean([spearman(score, start) for start in same]),
+                "score": mean(foretold),
                 "best of starts": spearman(score, best),
                 "other start": start_again,
                 "perfect start": float(np.sqrt(max(start_again, 0.0))),
                 "other rows": rows_again,
                 "perfect rows": float(np.sqrt(max(rows_again, 0.0))),
                 "scatter": float(np.exp(np.median(logs))),
-                "regret": mean([max(start) / start[0] for start in same]),
-                "of three": mean([max(start) / max(start[:3]) for start in same]),
+                "regret": mean(first),
+                "of three": mean(three),
             }
         )
     return result

@@ -212,6 +212,8 @@ class Channel:
         one after the other in either order. Where ``fit`` leaves enough to pay for an effect more,
         all of ``names`` are tried: two that act on each other can say little side by side.
         """
+        if len(names) == 1 and self.left(fit) < self.effect_price:
+            return fit
         begun = [fit]
         if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
             begun.append(self.best(names))
@@ -568,10 +570,12 @@ def acts_on_change(name: str, before: str) -> bool:
 
 
 def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
-    """In which the effects may act on each other; none where they do not."""
+    """In which the effects may act on each other, or a single one is looked at once more; none
+    where they do not."""
     stages = {pick: STAGES.index(all_effects()[pick[0]].stage) for pick in picks if pick[0] != WALK}
     circuits = [pick for pick in stages if all_effects()[pick[0]].stage == ELECTRICAL]
-    if len(set(stages.values())) < 2 and len(circuits) < 2:
+    several = len(set(stages.values())) > 1 or len(circuits) > 1
+    if not stages or (len(picks) > 1 and not several):
         return []
     rest = sorted(set(picks) - set(circuits), key=lambda pick: (stages.get(pick, 0), pick))
     return [

@@ -149,16 +149,17 @@ def diagnose(
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
     channels = _channels(smooth, motion, residual, own, sim.adc_bits, known)
     models = _searched(channels, known)
-    found = _found(channels, models[0], residual, residual, sim.codes - smooth, motion)
-    clean = variance.cleaned(residual, [f for f in found if f.name not in without], motion)
-    if clean is not residual:
+    left = residual - _said(channels, models[0])
+    found = _found(left, models[0], residual, sim.codes - smooth, motion)
+    # A tone's neighbours belong to the effects too: it is taken out of what they leave.
+    rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
+    if rest is not left:
         # Spikes and lines had been taken for noise: look again without them.
-        channels = _channels(smooth, motion, clean, own, sim.adc_bits, known)
+        channels = _channels(smooth, motion, residual - left + rest, own, sim.adc_bits, known)
         models = _searched(channels, known)
-        again = _found(channels, models[0], residual, clean, sim.codes - smooth, motion)
-        # The tone that was taken out is there, though it may be too small to be seen once more.
-        tones = {finding.name: finding for finding in found if finding.name == "interference"}
-        found = list((tones | {finding.name: finding for finding in again}).values())
+        left = residual - _said(channels, models[0])
+        tones = [finding.value for finding in found if finding.name == "interference"]
+        found = _found(left, models[0], residual, sim.codes - smooth, motion, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     from softsense.diagnose.telling import tell
@@ -339,27 +340,26 @@ def _channels(
     return all_at_once(channel, range(len(made)))
 
 
+def _said(channels: Sequence[Channel], best: Model) -> Floats:
+    """(samples, channels) codes that the model adds."""
+    return np.stack([c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1)
+
+
 def _found(
-    channels: Sequence[Channel],
+    left: Floats,
     best: Model,
     residual: Floats,
-    clean: Floats,
     own: Floats,
     motion: Motion,
+    heard: Sequence[float] = (),
 ) -> list[variance.Finding]:
-    """What has no mean, in what the effects leave over of ``residual``.
-
-    ``clean`` (samples, channels) is the residual that the model was fitted to.
-    """
-    left = [
-        channel.residual - channel.predicted(fit)
-        for channel, fit in zip(channels, best.fits, strict=True)
-    ]
+    """What has no mean, in ``left``, which the effects leave over of ``residual``."""
     return variance.findings(
-        np.stack(left, axis=1) + residual - clean,
+        left,
         residual,
         own,
         motion,
         explained=bool(best.names),
         walking=best.channels_of(WALK),
+        heard=heard,
     )

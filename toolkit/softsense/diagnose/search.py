@@ -17,6 +17,8 @@ SHORT_BEAM = 2
 ZOOMED = 6
 COMPOSED = 8
 COMPOSED_WALKS = 3
+# Single effects that are looked at once more, as those of pairs are.
+REFINED = 2
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
@@ -118,6 +120,7 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     # A walk follows what a composition would say.
     without = [made for made in pairs if WALK not in made.names]
     several = without[:COMPOSED] + [made for made in pairs if WALK in made.names][:COMPOSED_WALKS]
+    several += [made for made in fine if len(made.names) == 1 and WALK not in made.names][:REFINED]
     rest = [made for made in fine if made not in several]
     return _walk_last(
         channels, _by_price([*rest, *(_composed(channels, made) for made in several)])

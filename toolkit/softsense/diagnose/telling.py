@@ -23,7 +23,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
-from softsense.diagnose.walk import without_slow
+from softsense.diagnose.walk import innovations, without_slow
 from softsense.effects import all_effects
 from softsense.recording import Recording
 
@@ -44,6 +44,8 @@ REMAINING_SHARE = 0.015
 # ones reach .93 of three channels, and .97 of two, once in a thousand.
 COMMON = {2: 0.985}
 COMMON_OF_MORE = 0.96
+# Independent walks' innovations of two channels have a larger chi-squared once in 120 cases.
+ALIKE = 7.0
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
 DRIVEN = 0.5
 FAST = 100
@@ -96,11 +98,15 @@ def tell(
     """
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
-    if (beside and (jerky or _common(channels, models[0]))) or _driven(channels, models[0], motion):
+    named = [made for made in models if WALK not in made.names]
+    if (
+        (beside and (jerky or _alike(channels, models[0])))
+        or _driven(channels, models[0], motion)
+        or (jerky and _left_share(channels, named[0]) < REMAINING_ALONE)
+    ):
         # What another effect leaves over, its form being only nearly right, is no walk: it is alike
-        # on all its channels.
-        models = [made for made in models if WALK not in made.names]
-        jerky = False
+        # on all its channels. Nor is one what goes in jumps that an effect can say.
+        models, jerky = named, False
     best = models[0]
     models = [
         made
@@ -220,6 +226,19 @@ def _common(channels: Sequence[Channel], best: Model) -> bool:
     slow -= slow.mean(axis=0)
     powers = np.linalg.svd(slow / slow.std(axis=0), compute_uv=False) ** 2
     return float(powers[0] / powers.sum()) > COMMON.get(len(walks), COMMON_OF_MORE)
+
+
+def _alike(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether what the walks' past does not foresee goes together on several channels.
+
+    Correlations of two series that are white and independent have the variance 1 / samples.
+    """
+    walks = _walks(channels, best)
+    if len(walks) < 2:
+        return False
+    news = [innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks]
+    together = np.asarray(np.corrcoef(news))[np.triu_indices(len(news), 1)]
+    return float(np.mean(together**2)) * len(news[0]) > ALIKE
 
 
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:

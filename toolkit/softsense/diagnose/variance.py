@@ -31,11 +31,19 @@ SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.15
-# Over which a tone keeps its size and phase.
-TONE_S = 20.0
+# Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
+# for each time that they change.
+TONES_S = (20.0, 7.0, 2.5)
+TONE_PRICE = 24.0
 HARMONICS = 40
-# A harmonic is one where it has more of the power that is left than chance has, by this factor.
+# How many more tones may be beside one, and their least power, of the noise's.
+MORE_TONES = 2
+LEAST_TONE = 0.05
+# A harmonic is one where it has more of the power that is left than chance has, by this factor, and
+# no more of the tone's than pulses have, in units of its order to the power of -2; and where one of
+# the two before it is there. Else it is the motion's: harmonics fold down to where that is.
 HARMONIC_RATIO = 6.0
+HARMONIC_MOST = 4.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
 # A tone that is switched on and off shows within so long and so many of its periods; an instant
@@ -68,17 +76,20 @@ def findings(
     motion: Motion,
     explained: bool,
     walking: Sequence[int] = (),
+    heard: Sequence[float] = (),
 ) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
     ``residual``: the same before anything was explained, where a line that one channel seemed to
     hear of another is still there. ``explained``: an effect has been taken out, whose form being
-    only nearly right leaves edges and ripples: spikes and lines must then stand out more.
-    ``walking``: channels with a random walk besides, which is left over too.
+    only nearly right leaves edges and ripples: spikes and lines must then stand out more, and what
+    swings with the motion is no line.
+    ``walking``: channels with a random walk besides, which is left over too. ``heard``: tones (Hz)
+    that were found before, and need stand out no more than where nothing is explained.
     """
     unevenness = 8.0 if explained else 2.5
     enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
-    least = 2.0 if explained else 0.05
+    least = 2.0 if explained else LEAST_TONE
     spiky, lines, loud = [], {}, {}
     there = noise_rms(own)
     for c in range(left.shape[1]):
@@ -87,9 +98,13 @@ def findings(
         news = _news(rest) if c in walking else rest
         line = _line(_unspiked(news), motion.dt_s, least)
         if c in walking:
-            # A walk follows a slow tone too; but also what swings with the motion, which is none.
+            # A walk follows a slow tone too.
             line = line or _line(_unspiked(rest), motion.dt_s, least)
-            line = None if line is not None and _moves(rest, motion, line) else line
+        if line is None and heard:
+            again = _line(_unspiked(news), motion.dt_s, LEAST_TONE)
+            line = next((f for f in heard if again and abs(again - f) < SAME_HZ), None)
+        if line is not None and explained and _moves(rest, motion, line):
+            line = None
         if line is not None:
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
@@ -135,7 +150,13 @@ def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
             rest = _unspiked(clean[:, c])
             if finding.name == "interference":
                 spikes = clean[:, c] - rest
-                rest = _toneless(rest, finding.value, motion.dt_s) + spikes
+                rest = _toneless(rest, finding.value, motion.dt_s)
+                for _ in range(MORE_TONES):
+                    line = _line(rest, motion.dt_s, LEAST_TONE)
+                    if line is None or _moves(rest, motion, line):
+                        break
+                    rest = _toneless(rest, line, motion.dt_s)
+                rest = rest + spikes
             clean[:, c] = rest
     return clean
 
@@ -160,12 +181,12 @@ def _mixed(
     return oaconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight, turns
 
 
-def _tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
+def _tone(signal: Floats, frequency: float, dt_s: float, window_s: float) -> Floats:
     """What ``signal`` has around ``frequency`` (Hz), its size and phase wandering slowly.
 
-    Mixed down to 0 Hz, averaged over 20 s, and mixed up again.
+    Mixed down to 0 Hz, averaged over ``window_s``, and mixed up again.
     """
-    size, turns = _mixed(signal, frequency, dt_s, TONE_S)
+    size, turns = _mixed(signal, frequency, dt_s, window_s)
     tone: Floats = 2.0 * (size * turns).real
     return tone
 
@@ -226,21 +247,31 @@ def _while_on(
 
 def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     """``signal`` without the tone of ``frequency`` (Hz), and without its harmonics, which fold."""
-    rest = signal
-    for _ in range(TWICING):
-        rest = rest - _tone(rest, frequency, dt_s)
+    made = []
+    for window_s in TONES_S:
+        rest = signal
+        for _ in range(TWICING):
+            rest = rest - _tone(rest, frequency, dt_s, window_s)
+        # Spikes, which a tone hid, are no reason for a shorter time.
+        plain = _unspiked(rest)
+        price = TONE_PRICE * float(noise_rms(plain[:, None])[0]) ** 2 * dt_s / window_s
+        made.append((float(np.var(plain)) + price, window_s, rest))
+    _, window_s, rest = min(made, key=lambda one: one[0])
     # Of white noise, so much passes the window's band.
-    chance = 3.0 * dt_s / TONE_S
+    chance = 3.0 * dt_s / window_s
     power = 2.0 * np.abs(np.fft.rfft(rest)) ** 2 / len(rest) ** 2
     per_hz = len(rest) * dt_s
+    most = HARMONIC_MOST * float(np.var(signal - rest))
+    last = 1
     for harmonic in range(2, HARMONICS + 1):
         folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
         # What is as slow as the window is no tone.
-        if folded > 4.0 / TONE_S:
-            low, high = ((folded + way * 0.75 / TONE_S) * per_hz for way in (-1.0, 1.0))
+        if folded > 4.0 / window_s and harmonic <= last + 2:
+            low, high = ((folded + way * 0.75 / window_s) * per_hz for way in (-1.0, 1.0))
             band = float(power[round(low) : round(high) + 1].sum())
-            if band > HARMONIC_RATIO * chance * rest.var():
-                rest = rest - _tone(rest, folded, dt_s)
+            if HARMONIC_RATIO * chance * rest.var() < band < most / harmonic**2:
+                rest = rest - _tone(rest, folded, dt_s, window_s)
+                last = harmonic
     tone, times = _switched(signal, frequency, dt_s)
     price = SWITCH_PRICE * float(noise_rms(rest[:, None])[0]) ** 2 * times / len(signal)
     return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest

@@ -11,6 +11,8 @@ from softsense.effects.operators import play, uneven_play
 
 # How many times as wide worn play is at its widest as at its least.
 WORN = (0.5, 0.7, 1.4, 2.0)
+# What a spring beside the play passes on of every move.
+BESIDE = (0.1, 0.2, 0.3)
 
 
 def simulate(
@@ -30,9 +32,13 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one width; or a width that is not the same everywhere, or not for long."""
-    near = values["width"] * np.geomspace(0.8, 1.25, 15)
-    return _traces(nominal, near) + _worn(nominal, near[3::4])
+    """The same around one width, or beside a spring; or a width that is not the same everywhere, or
+    not for long."""
+    width = values["width"]
+    near = width * np.geomspace(0.8, 1.25, 15)
+    # What a spring passes on makes play look narrower than it is.
+    wider = width * np.geomspace(0.9, 1.4, 14)
+    return _traces(nominal, near) + _worn(nominal, near[3::4]) + _sprung(nominal, wider)
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -53,11 +59,22 @@ def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
     ]
 
 
+def _sprung(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Play beside a spring, which passes on a part of every move."""
+    rest = np.zeros(len(nominal.strain))
+    return [
+        _trace(nominal, float(width), rest, {"beside": beside}, "sprung")
+        for width in widths
+        for beside in BESIDE
+    ]
+
+
 def _trace(
     nominal: Nominal, width: float, wider: Floats, more: Mapping[str, float], form: str
 ) -> Candidate:
     """``wider`` (samples,): logarithm of the width over ``width``."""
     played = uneven_play(nominal.strain, width * np.exp(wider))
+    played += more.get("beside", 0.0) * (nominal.strain - played)
     column = nominal.respond(played, nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
     return Candidate(column[:, None], {"width": width, **more}, form, fixed=True)
 

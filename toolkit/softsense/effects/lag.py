@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -13,6 +14,8 @@ from softsense.effects.operators import low_pass
 
 # The second of two poles, of the first.
 SECOND = (0.12, 0.25, 0.5)
+# What comes through at once where the capacitor has a resistance of its own.
+THROUGH = (0.1, 0.2)
 # Of two poles that are coupled: Chebyshev, Butterworth and Bessel filters are in between.
 DAMPINGS = (0.5, 0.7, 0.87)
 
@@ -36,11 +39,13 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one time constant, and a second pole that is faster, or coupled."""
+    """The same around one time constant; a second pole that is faster, or coupled; a part that
+    comes through at once."""
     if "damping" in values:
         return _coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS)
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
-    return _traces(nominal, times_s) + _two_poles(nominal, times_s[1::2])
+    alone = _traces(nominal, times_s)
+    return alone + _two_poles(nominal, times_s[1::2]) + _leaking(alone)
 
 
 def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
@@ -74,6 +79,21 @@ def _two_poles(nominal: Nominal, times_s: Floats) -> list[Candidate]:
             values = {"tau_s": float(tau_s), "poles": 2.0, "second": part}
             result.append(Candidate(column.copy(), values, "unequal", fixed=True))
     return result
+
+
+def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """(1 + through tau p) / (1 + tau p), and the same of two poles: less of what each adds."""
+    return [
+        replace(
+            candidate,
+            columns=(1.0 - through) * candidate.columns,
+            values={**candidate.values, "through": through},
+            form="leaking",
+        )
+        for candidate in candidates
+        if candidate.form == "circuit"
+        for through in THROUGH
+    ]
 
 
 def _coupled(nominal: Nominal, times_s: Floats, dampings: Sequence[float]) -> list[Candidate]:
