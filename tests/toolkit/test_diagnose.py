@@ -14,7 +14,7 @@ import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose
 from softsense.diagnose.nominal import motion_of
-from softsense.diagnose.variance import cleaned, findings, jerky
+from softsense.diagnose.variance import Finding, cleaned, findings, jerky
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
@@ -376,6 +376,20 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert found["interference"].value == pytest.approx(6.9, abs=0.01)
     rest = cleaned(left, list(found.values()), motion)
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_tone_that_wanders_leaves_alone_what_is_slow() -> None:
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(3)
+    # Its phase runs away by chance; the 28th harmonic would fold down to 0.34 Hz.
+    phase = 2 * np.pi * 5.702 * 0.05 * np.arange(len(codes)) + np.cumsum(
+        rng.normal(0.0, 0.02, len(codes))
+    )
+    slow = 20.0 * np.convolve(rng.normal(size=len(codes)), np.hanning(60) / 5.0, "same")
+    left = rng.normal(size=codes.shape)
+    left[:, 0] += slow + 40.0 * np.sin(phase)
+    rest = cleaned(left, [Finding("interference", (0,), 5.702, "")], motion_of(x, 0.05, 0.0, None))
+    assert np.std(rest[:, 0] - slow) < 1.25
 
 
 def test_a_tone_that_is_switched_leaves_nothing_at_its_instants() -> None:
