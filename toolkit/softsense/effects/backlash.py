@@ -42,8 +42,10 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
-    rest = np.zeros(len(nominal.strain))
-    return [_trace(nominal, float(width), rest, {}, "play") for width in widths]
+    return [
+        _trace(nominal, _played(nominal, width), {"width": float(width)}, "play")
+        for width in widths
+    ]
 
 
 def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -51,32 +53,39 @@ def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
     reference = nominal.reference
     passed = np.clip((nominal.time_s - reference.start_s) / reference.duration_s, 0.0, 1.0)
     courses = {"worn_in_places": np.clip(nominal.strain, 0.0, 1.0), "worn_with_time": passed}
-    return [
-        _trace(nominal, float(width), np.log(worn) * (course - 0.5), {"worn": worn}, form)
-        for form, course in courses.items()
-        for worn in WORN
-        for width in widths
-    ]
+    result = []
+    for form, course in courses.items():
+        for worn in WORN:
+            for width in widths:
+                played = _played(nominal, width * np.exp(np.log(worn) * (course - 0.5)))
+                values = {"width": float(width), "worn": worn}
+                result.append(_trace(nominal, played, values, form))
+    return result
 
 
 def _sprung(nominal: Nominal, widths: Floats) -> list[Candidate]:
     """Play beside a spring, which passes on a part of every move."""
-    rest = np.zeros(len(nominal.strain))
-    return [
-        _trace(nominal, float(width), rest, {"beside": beside}, "sprung")
-        for width in widths
-        for beside in BESIDE
-    ]
+    result = []
+    for width in widths:
+        played = _played(nominal, width)
+        for beside in BESIDE:
+            moved = played + beside * (nominal.strain - played)
+            values = {"width": float(width), "beside": beside}
+            result.append(_trace(nominal, moved, values, "sprung"))
+    return result
 
 
-def _trace(
-    nominal: Nominal, width: float, wider: Floats, more: Mapping[str, float], form: str
-) -> Candidate:
-    """``wider`` (samples,): logarithm of the width over ``width``."""
-    played = uneven_play(nominal.strain, width * np.exp(wider))
-    played += more.get("beside", 0.0) * (nominal.strain - played)
-    column = nominal.respond(played, nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
-    return Candidate(column[:, None], {"width": width, **more}, form, fixed=True)
+def _played(nominal: Nominal, widths: Floats) -> Floats:
+    """(samples,) the strain behind play of one width, or of (samples,) widths."""
+    each = np.broadcast_to(widths, nominal.strain.shape).copy()
+    played: Floats = uneven_play(nominal.strain, each)
+    return played
+
+
+def _trace(nominal: Nominal, moved: Floats, values: Mapping[str, float], form: str) -> Candidate:
+    """What the channel says of the strain ``moved`` (samples,) less what it says of the strain."""
+    column = nominal.respond(moved, nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
+    return Candidate(column[:, None], values, form, fixed=True)
 
 
 EFFECT = Effect(

@@ -8,8 +8,7 @@ parameter in Marquardt's method, 1999).
 
 The output is linear in the second layer, so after each step that layer is set to its least squares
 solution (Golub and Pereyra 1973; that a full Gauss-Newton step followed by it is nearly their
-variable projection: Kaufman 1975, Ruhe and Wedin 1980). Twenty epochs then go further than a
-hundred without.
+variable projection: Kaufman 1975, Ruhe and Wedin 1980). A third of the epochs then do as well.
 """
 
 from __future__ import annotations
