@@ -178,6 +178,17 @@ def test_an_effect_beside_a_walk_is_named_too() -> None:
     assert set(result.effects) == {"overshoot", "random_walk"}
 
 
+def test_what_an_unknown_mechanism_leaves_on_all_channels_is_no_walk() -> None:
+    """Beside an effect, what wanders alike on all channels is what its equation does not say."""
+    x, codes = clean(8)
+    rng = np.random.default_rng(5)
+    made = hide(x, codes, "overshoot")
+    walk = np.cumsum(rng.normal(size=SAMPLES)) * 0.3
+    own = np.cumsum(rng.normal(size=codes.shape), axis=0) * 0.1
+    shared = diagnose(recorded(x, codes, 1), recorded(x, made + walk[:, None] + own, 2))
+    assert "random_walk" not in shared.effects
+
+
 def test_a_step_that_heals_is_still_a_step() -> None:
     x, codes = clean(10)
     since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 120.0, 0.0)
@@ -265,9 +276,10 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 
 
 def test_effects_of_other_equations_keep_their_names() -> None:
-    """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, clocks
-    that run apart or wander, a bit that weighs wrong, a line of resistors and capacitors, an active
-    filter, and a capacitor that keeps two channels."""
+    """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, play
+    beside a spring, clocks that run apart or wander, a bit that weighs wrong, a line of resistors
+    and capacitors, an active filter, one that a part gets past, and a capacitor that keeps two
+    channels."""
     from scipy.special import erf
 
     x, codes = clean(13)
@@ -278,10 +290,11 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         pull = 6.0 * abs(x[k] - x[k - 1])
         drawn[k] = drawn[k - 1] + pull * (np.tanh(2.0 * (x[k] - 0.4)) - drawn[k - 1])
     elastic = np.expm1(0.8 * (codes - codes[0]) / 500.0)
-    worn, z = np.empty_like(x), x[0]
-    for k, value in enumerate(x):
-        z = min(max(z, value - 0.03 * (1.0 + value)), value + 0.03 * (1.0 + value))
-        worn[k] = z
+    worn, even = np.full((2, len(x)), x[0])
+    for k, value in enumerate(x[1:], start=1):
+        half = 0.03 * (1.0 + value)
+        worn[k] = min(max(worn[k - 1], value - half), value + half)
+        even[k] = min(max(even[k - 1], value - 0.03), value + 0.03)
     index = np.arange(len(x))
     apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
     wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
@@ -304,11 +317,13 @@ def test_effects_of_other_equations_keep_their_names() -> None:
             codes + 30.0 * (filtered(elastic, 8.0) + filtered(elastic, 0.9)) - 60.0 * elastic,
         ),
         ("backlash", sensed(worn)),
+        ("backlash", sensed(0.75 * even + 0.25 * x)),
         ("delay", runs_off),
         ("delay", runs_far),
         ("adc_nonlinearity", codes + 15.0 * (np.rint(codes).astype(int) >> 8 & 1)),
         ("lag", line),
         ("lag", coupled),
+        ("lag", 0.85 * filtered(codes, 0.4) + 0.15 * codes),
         ("crosstalk", kept),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
@@ -376,6 +391,19 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert found["interference"].value == pytest.approx(6.9, abs=0.01)
     rest = cleaned(left, list(found.values()), motion)
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_tone_that_was_heard_before_is_heard_again() -> None:
+    """Beside an effect, whose ripples pass for weak tones, only where that one was already."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(6)
+    own, left = rng.normal(size=(2, *codes.shape))
+    left[:, 0] += 0.8 * np.sin(2 * np.pi * 6.9 * 0.05 * np.arange(len(codes)))
+    motion = motion_of(x, 0.05, 0.0, None)
+    assert findings(left, left, own, motion, True) == []
+    assert findings(left, left, own, motion, True, heard=[4.2]) == []
+    (again,) = findings(left, left, own, motion, True, heard=[6.9])
+    assert (again.name, again.channels) == ("interference", (0,))
 
 
 def test_a_tone_that_wanders_leaves_alone_what_is_slow() -> None:
