@@ -312,7 +312,7 @@ class Channel:
             price += self._share_price(share, fit) * max(count - 1, 0)
         picks = [pick for pick in fit.picks if pick[0] != WALK]
         if any(self.entries[name][number].candidate.curved for name, number in picks):
-            price += self._curved_price
+            price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + self._share_price(OFFSET_SHARE, fit)
         elif fit.static is not None:

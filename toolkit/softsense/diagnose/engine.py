@@ -147,14 +147,16 @@ def diagnose(
     residual = real.codes.astype(np.float64) - smooth
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
-    channels = _channels(smooth, motion, residual, own, sim.adc_bits, known)
+    hums = [] if "interference" in without else variance.hums(residual, motion)
+    quiet = variance.cleaned(residual, hums, motion)
+    channels = _channels(smooth, motion, quiet, own, sim.adc_bits, known)
     models = _searched(channels, known)
     left = residual - _said(channels, models[0])
     found = _found(left, models[0], residual, sim.codes - smooth, motion)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
-    if rest is not left:
-        # Spikes and lines had been taken for noise: look again without them.
+    if rest is not left or quiet is not residual:
+        # Spikes and lines had been taken for noise, or too much for a line: look again.
         channels = _channels(smooth, motion, residual - left + rest, own, sim.adc_bits, known)
         models = _searched(channels, known)
         left = residual - _said(channels, models[0])

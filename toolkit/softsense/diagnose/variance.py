@@ -36,9 +36,19 @@ SPIKE_PART = 0.15
 TONES_S = (20.0, 7.0, 2.5)
 TONE_PRICE = 24.0
 HARMONICS = 40
+# A tone whose frequency moves is seen in frames of so many seconds, in so many of them at least; it
+# stands out there by this factor, and moves by so many lines of a frame's spectrum to the next one.
+FRAME_S = 25.0
+LIT_PART = 0.6
+LIT_RATIO = 12.0
+FRAME_STEP = 2
+COURSE_ORDER = 5
 # How many more tones may be beside one, and their least power, of the noise's.
 MORE_TONES = 2
 LEAST_TONE = 0.05
+# Of a tone that is taken out before all else: its power, of the noise's, and what is no motion.
+LOUD_TONE = 2.0
+FAST_HZ = 1.0
 # A harmonic is one where it has more of the power that is left than chance has, by this factor, and
 # no more of the tone's than pulses have, in units of its order to the power of -2; and where one of
 # the two before it is there. Else it is the motion's: harmonics fold down to where that is.
@@ -132,6 +142,20 @@ def findings(
     return result
 
 
+def hums(residual: Floats, motion: Motion) -> list[Finding]:
+    """Loud tones of each channel that are plain before anything is explained.
+
+    What all channels have in common they would else seem to hear of each other.
+    """
+    result = []
+    for c in range(residual.shape[1]):
+        plain = _unspiked(residual[:, c])
+        line = _line(plain, motion.dt_s, LOUD_TONE, FAST_HZ)
+        if line is not None and not _moves(plain, motion, line):
+            result.append(Finding("interference", (c,), line, "frequency_hz"))
+    return result
+
+
 def _news(signal: Floats) -> Floats:
     """What of ``signal`` (samples,) a random walk in it does not foretell."""
     gain = likely_gain(signal, float(noise_rms(signal[:, None])[0]))
@@ -172,16 +196,20 @@ def _unspiked(signal: Floats) -> Floats:
 
 
 def _mixed(
-    signal: Floats, frequency: float, dt_s: float, window_s: float
+    signal: Floats, frequency: Floats | float, dt_s: float, window_s: float
 ) -> tuple[Complex, Complex]:
-    """(samples,) half the size and phase of a tone, averaged over ``window_s``, and its turns."""
-    turns = np.exp(2j * np.pi * frequency * dt_s * np.arange(len(signal)))
+    """(samples,) half the size and phase of a tone, averaged over ``window_s``, and its turns.
+
+    ``frequency`` in Hz, one or (samples,).
+    """
+    turned = np.cumsum(np.broadcast_to(frequency, signal.shape)) * dt_s
+    turns = np.exp(2j * np.pi * turned)
     window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
     weight = oaconvolve(np.ones(len(signal)), window, "same")
     return oaconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight, turns
 
 
-def _tone(signal: Floats, frequency: float, dt_s: float, window_s: float) -> Floats:
+def _tone(signal: Floats, frequency: Floats | float, dt_s: float, window_s: float) -> Floats:
     """What ``signal`` has around ``frequency`` (Hz), its size and phase wandering slowly.
 
     Mixed down to 0 Hz, averaged over ``window_s``, and mixed up again.
@@ -247,15 +275,20 @@ def _while_on(
 
 def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     """``signal`` without the tone of ``frequency`` (Hz), and without its harmonics, which fold."""
+    moving = _moving(signal, dt_s, 0.5 * frequency)
+    courses: list[Floats | float] = [frequency]
+    if moving is not None and np.abs(moving - frequency).min() < SAME_HZ:
+        courses.append(moving)
     made = []
-    for window_s in TONES_S:
-        rest = signal
-        for _ in range(TWICING):
-            rest = rest - _tone(rest, frequency, dt_s, window_s)
-        # Spikes, which a tone hid, are no reason for a shorter time.
-        plain = _unspiked(rest)
-        price = TONE_PRICE * float(noise_rms(plain[:, None])[0]) ** 2 * dt_s / window_s
-        made.append((float(np.var(plain)) + price, window_s, rest))
+    for course in courses:
+        for window_s in TONES_S:
+            rest = signal
+            for _ in range(TWICING):
+                rest = rest - _tone(rest, course, dt_s, window_s)
+            # Spikes, which a tone hid, are no reason for a shorter time.
+            plain = _unspiked(rest)
+            price = TONE_PRICE * float(noise_rms(plain[:, None])[0]) ** 2 * dt_s / window_s
+            made.append((float(np.var(plain)) + price, window_s, rest))
     _, window_s, rest = min(made, key=lambda one: one[0])
     # Of white noise, so much passes the window's band.
     chance = 3.0 * dt_s / window_s
@@ -304,11 +337,13 @@ def _moves(left: Floats, motion: Motion, frequency: float) -> bool:
     return False
 
 
-def _spectrum(signal: Floats, dt_s: float) -> tuple[Floats, Floats, Floats]:
-    """(frequencies,) power, hertz above ``LEAST_HZ``, and the power of what surrounds them."""
+def _spectrum(
+    signal: Floats, dt_s: float, slowest: float = LEAST_HZ
+) -> tuple[Floats, Floats, Floats]:
+    """(frequencies,) power, hertz above ``slowest``, and the power of what surrounds them."""
     power: Floats = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
     frequency: Floats = np.fft.rfftfreq(len(signal), dt_s).astype(np.float64)
-    keep = frequency > LEAST_HZ
+    keep = frequency > slowest
     power, frequency = power[keep], frequency[keep]
     half = 60
     padded = np.pad(power, half, mode="reflect")
@@ -317,25 +352,60 @@ def _spectrum(signal: Floats, dt_s: float) -> tuple[Floats, Floats, Floats]:
     return power, frequency, floor
 
 
-def _line(left: Floats, dt_s: float, least: float) -> float | None:
-    """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz."""
-    if np.std(left) < 1.0 or 0.5 / dt_s <= LEAST_HZ:
+def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
+    """(samples,) the frequency (Hz) of a tone that moves, above ``slowest`` all along, or None."""
+    length = round(FRAME_S / dt_s)
+    if len(signal) < 4 * length:
+        return None
+    begins = np.arange(0, len(signal) - length + 1, length // 4)
+    frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in begins]
+    ratios = np.stack([power / floor for power, _, floor in frames])
+    at = frames[0][1]
+    peaks = np.argmax(ratios, axis=1)
+    lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
+    if len(lit) < LIT_PART * len(begins):
+        return None
+    # What is far from its neighbours is another line, or chance.
+    usual = np.array([np.median(peaks[lit[max(k - 4, 0) : k + 5]]) for k in range(len(lit))])
+    lit = lit[np.abs(peaks[lit] - usual) <= 2 * FRAME_STEP]
+    steps = np.abs(np.diff(peaks[lit])) / np.diff(lit)
+    if len(lit) < LIT_PART * len(begins) or np.mean(steps > FRAME_STEP) > 0.1:
+        return None
+    course = np.polynomial.Polynomial.fit(begins[lit] + 0.5 * length, at[peaks[lit]], COURSE_ORDER)
+    within = np.clip(np.arange(len(signal)), begins[lit[0]], begins[lit[-1]] + length)
+    frequency: Floats = course(within)
+    return frequency
+
+
+def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) -> float | None:
+    """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz.
+
+    Above ``slowest``. Where it moves, it is the one in the middle.
+    """
+    if np.std(left) < 1.0 or 0.5 / dt_s <= slowest:
         return None
     window = np.hanning(len(left))
-    power, frequency, floor = _spectrum(left, dt_s)
+    power, frequency, floor = _spectrum(left, dt_s, slowest)
     # The largest of n exponential values is about log n: ask for far more than that, and for a
     # tone that is not lost in the noise beside it.
     peak = int(np.argmax(power / floor))
     if power[peak] <= floor[peak] * (LINE_RATIO + np.log(len(power))):
-        return None
-    around = slice(max(peak - 3, 0), peak + 4)
-    tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
-    # Between two bins, by a parabola through the logarithms: many periods of a harmonic are asked.
-    below, top, above = np.log(power[np.clip([peak - 1, peak, peak + 1], 0, len(power) - 1)])
-    bend = below - 2.0 * top + above
-    part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
-    hertz = float(frequency[peak] + part / (len(left) * dt_s))
-    rest = _toneless(left, hertz, dt_s)
+        moving = _moving(left, dt_s, slowest)
+        if moving is None:
+            return None
+        hertz = float(np.median(moving))
+        rest = _toneless(left, hertz, dt_s)
+        tone = float(np.var(left) - np.var(rest))
+    else:
+        around = slice(max(peak - 3, 0), peak + 4)
+        tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
+        # Between two bins, by a parabola through the logarithms: many periods of a harmonic are
+        # asked.
+        below, top, above = np.log(power[np.clip([peak - 1, peak, peak + 1], 0, len(power) - 1)])
+        bend = below - 2.0 * top + above
+        part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
+        hertz = float(frequency[peak] + part / (len(left) * dt_s))
+        rest = _toneless(left, hertz, dt_s)
     noise = float(noise_rms(rest[:, None])[0]) ** 2
     return hertz if tone > least * noise else None
 

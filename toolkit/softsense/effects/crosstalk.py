@@ -76,6 +76,9 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                 alone = codes[:, other] - nominal.reference.rest[other]
                 result.append(Candidate(instead[:, None], source, largest=most))
                 result.append(Candidate(alone[:, None], source, largest=most))
+                # The more, the higher its own resistance is.
+                loaded = np.stack([instead, instead * nominal.share[keep]], axis=1)
+                result.append(Candidate(loaded, source, "loaded", curved=True, largest=most))
         if channels > 2:
             # The sampling capacitor keeps some of the one before that, too.
             one, two = codes[:, nominal.channel - 1], codes[:, nominal.channel - 2]

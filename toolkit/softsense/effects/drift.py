@@ -62,6 +62,10 @@ def explain(nominal: Nominal) -> list[Candidate]:
         for order in (0.6, 1.5, 2.0):
             cured = (-np.expm1(-((t / tau_s) ** order)) * nominal.span)[:, None]
             result.append(Candidate(cured, {"tau_s": tau_s}, "avrami"))
+    for tau_s in (20.0, 60.0, 150.0):
+        for order in (0.7, 1.4):
+            slow = (np.log1p((t / tau_s) ** order) * nominal.span)[:, None]
+            result.append(Candidate(slow, {"tau_s": tau_s}, "log_power"))
     mixed = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
     return [*result, Candidate(np.stack(mixed, axis=1) * nominal.span, {}, "mixed")]
 

@@ -10,10 +10,12 @@ import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import low_pass
+from softsense.effects.operators import compiled, low_pass
 
 # The second of two poles, of the first.
 SECOND = (0.12, 0.25, 0.5)
+# How many times as slowly a capacitor discharges as it charges, where a diode is in the way.
+FALLS = (0.5, 0.7, 1.4, 2.0)
 # What comes through at once where the capacitor has a resistance of its own.
 THROUGH = (0.1, 0.2)
 # Of two poles that are coupled: Chebyshev, Butterworth and Bessel filters are in between.
@@ -40,12 +42,13 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one time constant; a second pole that is faster, or coupled; a part that
-    comes through at once."""
+    comes through at once; or another time constant on the way down."""
     if "damping" in values:
         return _coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS)
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
     alone = _traces(nominal, times_s)
-    return alone + _two_poles(nominal, times_s[1::2]) + _leaking(alone)
+    two = _two_poles(nominal, times_s[1::2])
+    return alone + two + _leaking(alone) + _uneven(nominal, times_s[1::2])
 
 
 def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
@@ -94,6 +97,34 @@ def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
         if candidate.form == "circuit"
         for through in THROUGH
     ]
+
+
+def _uneven(nominal: Nominal, times_s: Floats) -> list[Candidate]:
+    """One pole with a time constant on the way up and another on the way down."""
+    result = []
+    for tau_s in times_s:
+        for fall in FALLS:
+            up, down = (nominal.dt_s / (tau_s * fall**way) for way in (-0.5, 0.5))
+            column = (_one_way(nominal.u, up, down) - nominal.u)[nominal.keep, None]
+            values = {"tau_s": float(tau_s), "fall": fall}
+            result.append(Candidate(column.copy(), values, "uneven", fixed=True))
+    return result
+
+
+@compiled
+def _one_way(u: Floats, up: float, down: float) -> Floats:
+    """(samples,) what follows ``u`` at the rates ``up`` and ``down`` per sample, exact for a signal
+    straight between samples but where it changes its way."""
+    output = np.empty_like(u)
+    y = u[0]
+    output[0] = y
+    for k in range(1, len(u)):
+        pull = up if u[k] > y else down
+        kept = np.exp(-pull)
+        share = (1.0 - kept) / pull
+        y = kept * y + (1.0 - share) * u[k] + (share - kept) * u[k - 1]
+        output[k] = y
+    return output
 
 
 def _coupled(nominal: Nominal, times_s: Floats, dampings: Sequence[float]) -> list[Candidate]:

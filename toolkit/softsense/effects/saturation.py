@@ -11,6 +11,8 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 # Widths of the knee as shares of the signal's range, and what is tried near one.
 KNEES = np.array([0.0, 0.02, 0.06, 0.15])
 NEAR = np.array([0.6, 0.8, 1.0, 1.3, 1.7])
+# How far above the lowest signal a lower rail may be, as shares of the range.
+BOTTOMS = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
 
 
 def simulate(
@@ -31,10 +33,15 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one level and one knee."""
+    """The same around one level and one knee; or a lower rail besides."""
     level, knee = values["level"] * nominal.full_scale, values["knee"] * nominal.full_scale
     levels = level + np.linspace(-0.02, 0.02, 11) * nominal.span
-    return _traces(nominal, levels, knee * NEAR if knee else KNEES[:2] * nominal.span)
+    knees = knee * NEAR if knee else KNEES[:2] * nominal.span
+    if "bottom" in values:
+        near = values["bottom"] * nominal.full_scale + np.linspace(-0.02, 0.02, 5) * nominal.span
+        return _between(nominal, levels[1::2], knees[:1], near)
+    bottoms = nominal.low + BOTTOMS * nominal.span
+    return _traces(nominal, levels, knees) + _between(nominal, levels[::3], knees[:1], bottoms)
 
 
 def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
@@ -46,6 +53,18 @@ def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
             parameters = {"level": level, "knee": knee}
             values = {key: float(v / nominal.full_scale) for key, v in parameters.items()}
             result.append(Candidate(-cut[:, None], values, fixed=True))
+    return result
+
+
+def _between(nominal: Nominal, levels: Floats, knees: Floats, bottoms: Floats) -> list[Candidate]:
+    """What is cut off above a level and below another one."""
+    result = []
+    for bottom in bottoms:
+        below = np.maximum(bottom - nominal.u, 0.0)[:, None]
+        for above in _traces(nominal, levels, knees):
+            values = {**above.values, "bottom": float(bottom / nominal.full_scale)}
+            columns = above.columns + below
+            result.append(Candidate(columns, values, "both_rails", fixed=True))
     return result
 
 
