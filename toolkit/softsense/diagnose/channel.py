@@ -344,10 +344,6 @@ class Channel:
         return EFFECT_PRICE * self.guard * self.samples
 
     @property
-    def _curved_price(self) -> float:
-        return CURVED_PRICE * self.samples + CURVED_SHARE * self.excess
-
-    @property
     def excess(self) -> float:
         """Squares of the residual beyond the noise, over its variance."""
         if self.quiet:
@@ -466,8 +462,14 @@ class Channel:
         if name == WALK:
             return 0
         group = self.groups[name]
-        gains = self._design(picks).gains(*self._indices(picks, static), group) / self.sigma**2
-        costs = WEIGHT_PRICE * group.free_widths + self._curved_price * group.curved
+        gained, error = self._design(picks).gains(*self._indices(picks, static), group)
+        gains: Floats = gained / self.sigma**2
+        share: Floats = np.full(len(gains), CURVED_SHARE * self.excess)
+        if (WALK, 0) not in picks:
+            left = error / self.sigma**2 - gains - self.samples
+            share = np.minimum(share, SHARE_OF_LEFT * np.maximum(left, 0.0))
+        costs = WEIGHT_PRICE * group.free_widths
+        costs = costs + group.curved * (CURVED_PRICE * self.samples + share)
         if unconditional:
             costs = np.where(group.conditional, np.inf, costs)
         return int(np.argmax(gains - costs))
@@ -506,7 +508,7 @@ class Channel:
                 break  # of another table, and so are all that follow
             alike = other.form == chosen.form and other.columns.shape == chosen.columns.shape
             same = {k: v for k, v in other.values.items() if k != key}
-            if alike and same == rest:
+            if alike and same == rest and key in other.values:
                 made = self._fit(tuple(sorted({**picks, name: number}.items())), static)
                 tried[float(other.values[key])] = float(made.errors.sum()) / self.sigma**2
         grid = np.array(sorted(tried))

@@ -127,10 +127,12 @@ class Design:
 
     def gains(
         self, free: Sequence[int], fixed: Sequence[int], stiff: Floats, group: Group
-    ) -> Floats:
-        """(candidates,) by how much each lowers the fit's squared error, on the time it saw."""
-        total = self.total
-        side = total[self.y] - self.scale[list(fixed)] @ total[list(fixed)]
+    ) -> tuple[Floats, float]:
+        """(candidates,) by how much each lowers the fit's squared error, on the time it saw; and
+        that error."""
+        total, known, sizes = self.total, list(fixed), self.scale[list(fixed)]
+        side = total[self.y] - sizes @ total[known]
+        error = float(side[self.y] - sizes @ side[known])
         wanted = group.columns
         if len(free):
             index = np.array(free, dtype=np.intp)
@@ -140,13 +142,14 @@ class Design:
             said = solve_triangular(root, sides, lower=True, check_finite=False)
             above = np.ascontiguousarray(said[:, :-1].T)
             rest = side[wanted] - above @ said[:, -1]
+            error -= float(said[:, -1] @ said[:, -1])
         else:
             above, rest = np.zeros((len(wanted), 1)), side[wanted]
         # What a fixed candidate's column is scaled by, and 0 for the free ones.
         sizes = np.where(group.fixed, self.scale[wanted[group.begins[:-1]]], 0.0)
         ridge = 10.0 * _RIDGE * self.samples
         result: Floats = _each_gain(total, wanted, group.begins, above, rest, sizes, ridge)
-        return result
+        return result, error
 
 
 @compiled

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+
 import numpy as np
 
 from softsense.effects import (
@@ -15,6 +17,17 @@ from softsense.effects import (
     State,
     Values,
 )
+
+# How much more, or less, a drift is felt at full signal than at none.
+SLOPES = (0.0, -0.3, 0.4)
+# Laws of the time that has passed, in units of a time constant.
+COURSES: dict[str, Callable[[Floats], Floats]] = {
+    "log": np.log1p,
+    "exponential": lambda passed: -np.expm1(-passed),
+    "avrami": lambda passed: -np.expm1(-passed),
+    "hyperbolic": lambda passed: passed / (1.0 + passed),
+    "root": lambda passed: 1.0 - 1.0 / np.sqrt(1.0 + passed),
+}
 
 
 def course(t_s: Floats, values: Values, form: str) -> Floats:
@@ -41,33 +54,76 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
     Avrami (J. Chem. Phys. 7, 1939): what cures slowly at first, or goes on for ever more slowly.
     """
-    t = np.maximum(nominal.time_s, 0.0)
-    laws: list[tuple[str, dict[str, float], Floats]] = []
-    for tau_s in (1.0, 4.0, 15.0, 60.0, 200.0):
-        laws.append(("log", {"tau_s": tau_s}, np.log1p(t / tau_s)))
-        laws.append(("exponential", {"tau_s": tau_s}, -np.expm1(-t / tau_s)))
-    for exponent in (0.25, 0.5, 0.75, 1.0):
-        laws.append(("power", {"exponent": exponent}, (t / REFERENCE_S) ** exponent))
-    scaled = [law * nominal.span for _, _, law in laws]
-    result = [
-        Candidate((law * (1.0 + by_signal * nominal.share))[:, None], values, form)
-        for (form, values, _), law in zip(laws, scaled, strict=True)
-        for by_signal in (0.0, -0.3, 0.4)
+    exponents = (0.25, 0.5, 0.75, 1.0)
+    return [
+        *_laws(nominal, ("log", "exponential"), (1.0, 4.0, 15.0, 60.0, 200.0), SLOPES),
+        *_powers(nominal, exponents, SLOPES),
+        *_laws(nominal, ("hyperbolic", "root"), (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0)),
+        *_laws(nominal, ("avrami",), (30.0, 60.0, 120.0, 240.0), orders=(0.6, 1.5, 2.0)),
+        *_laws(nominal, ("log",), (20.0, 60.0, 150.0), orders=(0.7, 1.4)),
+        _mixed(nominal),
     ]
-    for tau_s in (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0):
-        for law in (t / (t + tau_s), 1.0 - 1.0 / np.sqrt(1.0 + t / tau_s)):
-            column = (law * nominal.span)[:, None]
-            result.append(Candidate(column, {"tau_s": tau_s}, "hyperbolic"))
-    for tau_s in (30.0, 60.0, 120.0, 240.0):
-        for order in (0.6, 1.5, 2.0):
-            cured = (-np.expm1(-((t / tau_s) ** order)) * nominal.span)[:, None]
-            result.append(Candidate(cured, {"tau_s": tau_s}, "avrami"))
-    for tau_s in (20.0, 60.0, 150.0):
-        for order in (0.7, 1.4):
-            slow = (np.log1p((t / tau_s) ** order) * nominal.span)[:, None]
-            result.append(Candidate(slow, {"tau_s": tau_s}, "log_power"))
-    mixed = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
-    return [*result, Candidate(np.stack(mixed, axis=1) * nominal.span, {}, "mixed")]
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """All laws around one time constant, or around one exponent; and some of them together."""
+    if "exponent" in values:
+        near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
+        return [*_powers(nominal, near.tolist(), SLOPES), _mixed(nominal)]
+    if "tau_s" not in values:
+        return explain(nominal)
+    near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
+    taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0)
+    return [
+        *_laws(nominal, ("log", "exponential", "hyperbolic", "root"), taus, SLOPES),
+        *_laws(nominal, ("log", "avrami"), taus[::2], orders=orders),
+        _mixed(nominal),
+    ]
+
+
+def _laws(
+    nominal: Nominal,
+    forms: Sequence[str],
+    taus_s: Sequence[float],
+    slopes: Sequence[float] = (0.0,),
+    orders: Sequence[float] = (1.0,),
+) -> list[Candidate]:
+    """Laws of (t / tau)^order."""
+    result = []
+    for tau_s in taus_s:
+        for order in orders:
+            passed = (np.maximum(nominal.time_s, 0.0) / tau_s) ** order
+            values = {"tau_s": tau_s} if order == 1.0 else {"tau_s": tau_s, "order": order}
+            for form in forms:
+                result += _felt(nominal, COURSES[form](passed), values, form, slopes)
+    return result
+
+
+def _powers(
+    nominal: Nominal, exponents: Sequence[float], slopes: Sequence[float]
+) -> list[Candidate]:
+    passed = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
+    return [
+        candidate
+        for exponent in exponents
+        for candidate in _felt(nominal, passed**exponent, {"exponent": exponent}, "power", slopes)
+    ]
+
+
+def _felt(
+    nominal: Nominal, law: Floats, values: Mapping[str, float], form: str, slopes: Sequence[float]
+) -> list[Candidate]:
+    return [
+        Candidate((law * nominal.span * (1.0 + slope * nominal.share))[:, None], values, form)
+        for slope in slopes
+    ]
+
+
+def _mixed(nominal: Nominal) -> Candidate:
+    """Three laws at once."""
+    t = np.maximum(nominal.time_s, 0.0)
+    laws = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
+    return Candidate(np.stack(laws, axis=1) * nominal.span, {}, "mixed")
 
 
 EFFECT = Effect(
@@ -86,6 +142,7 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("log", "exponential", "power"),
     memoryless=True,
 )

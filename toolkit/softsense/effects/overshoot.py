@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import low_pass, rate
 
 TAUS_S = (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
-LADDERS_S = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
+LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
+# At which strain rates half of what there is breaks.
+HALVES_PER_S = (0.03, 0.1, 0.3)
 
 
 def simulate(
@@ -31,29 +35,63 @@ def explain(nominal: Nominal) -> list[Candidate]:
     Or more of one direction than of the other, but of one sign.
     """
     result = []
-    share = nominal.share[nominal.keep]
     for power in (0.5, 0.75, 1.0, 1.5):
-        speed = (np.abs(nominal.rate) ** power)[:, None]
-        parts = {}
-        for tau_s in TAUS_S:
-            y = low_pass(speed, nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep, 0]
-            y = y * nominal.span
-            parts[tau_s] = np.stack([y, y * share], axis=1)
-            result.append(Candidate(parts[tau_s], {"tau_s": tau_s}))
-        # A network that forms again at several rates.
-        for ladder in LADDERS_S:
-            columns = np.concatenate([parts[tau_s] for tau_s in ladder], axis=1)
-            result.append(Candidate(columns, {}))
+        speed = np.abs(nominal.rate) ** power
+        result += _traces(nominal, speed, {"power": power}, TAUS_S, LADDERS_S)
+    return result + _one_way(nominal, TAUS_S)
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """Around one time constant and power, or where more speed breaks less and less; or one way."""
+    ladders = () if "tau_s" in values else LADDERS_S
+    # What a ladder says coarsely, one time between those of the grid may say better.
+    near = (
+        values["tau_s"] * np.geomspace(0.7, 1.4, 5)
+        if "tau_s" in values
+        else np.geomspace(0.1, 2.5, 9)
+    ).tolist()
+    if "power" not in values:
+        return _one_way(nominal, near)
+    result = []
+    for power in values["power"] * np.array([0.85, 1.0, 1.2]):
+        speed = np.abs(nominal.rate) ** power
+        result += _traces(nominal, speed, {"power": float(power)}, near[::2], ladders)
+    for half in HALVES_PER_S:
+        speed = np.abs(nominal.rate) / (np.abs(nominal.rate) + half)
+        result += _traces(nominal, speed, {"half_per_s": half}, near[::2], ())
+    return result
+
+
+def _traces(
+    nominal: Nominal,
+    speed: Floats,
+    values: Mapping[str, float],
+    taus_s: Sequence[float],
+    ladders: Sequence[Sequence[float]],
+) -> list[Candidate]:
+    """What ``speed`` (samples,) breaks, for one time constant or a ladder of them: a network that
+    forms again at several rates."""
+    share = nominal.share[nominal.keep]
+    parts: dict[float, Floats] = {}
+    for tau_s in dict.fromkeys((*taus_s, *(tau for taus in ladders for tau in taus))):
+        broken = low_pass(speed[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
+        y = broken[nominal.keep, 0] * nominal.span
+        parts[tau_s] = np.stack([y, y * share], axis=1)
+    return [Candidate(parts[tau_s], {"tau_s": tau_s, **values}) for tau_s in taus_s] + [
+        Candidate(np.concatenate([parts[tau_s] for tau_s in taus], axis=1), values)
+        for taus in ladders
+    ]
+
+
+def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     ways = np.stack([np.maximum(nominal.rate, 0.0), np.maximum(-nominal.rate, 0.0)], axis=1)
     sides = {}
-    for tau_s in TAUS_S:
+    for tau_s in dict.fromkeys((*taus_s, *(tau for taus in LADDERS_S for tau in taus))):
         y = low_pass(ways, nominal.dt_s, np.full(2, tau_s), None, rest=np.zeros(2))[0]
         sides[tau_s] = y[nominal.keep] * nominal.span
-        result.append(Candidate(sides[tau_s], {"tau_s": tau_s}, "one_way", parallel=True))
-    for ladder in LADDERS_S:
-        columns = np.concatenate([sides[tau_s] for tau_s in ladder], axis=1)
-        result.append(Candidate(columns, {}, "one_way", parallel=True))
-    return result
+    found = [({"tau_s": tau_s}, sides[tau_s]) for tau_s in taus_s]
+    found += [({}, np.concatenate([sides[tau_s] for tau_s in taus], axis=1)) for taus in LADDERS_S]
+    return [Candidate(columns, values, "one_way", parallel=True) for values, columns in found]
 
 
 EFFECT = Effect(
@@ -71,4 +109,5 @@ EFFECT = Effect(
     ),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
 )
