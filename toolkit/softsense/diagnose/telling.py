@@ -125,10 +125,16 @@ def tell(
     change = np.stack(
         [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
-    # Jumps and bumps have sharp edges, which look like spikes.
-    edges = {finding.name for finding in found} <= {"spikes"}
-    jumps = jerky and edges
-    unknown = jumps or ((not found or (edges and bool(best.names))) and _unknown(channels, best))
+    # Jumps and bumps have sharp edges, which look like spikes; and of what nobody knows some may
+    # look like tones.
+    kinds = {finding.name for finding in found}
+    edges = kinds <= {"spikes"}
+    excess = sum(channel.excess * channel.sigma**2 for channel in channels)
+    gap = float((raw**2).sum()) - raw.size * floor**2
+    minor = kinds == {"interference"} and excess > UNKNOWN_SHARE * gap
+    unknown = jerky and (edges or minor)
+    unspoken = not found or minor or (edges and bool(best.names))
+    unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
     if unknown:
         best, found = replace(best, names=frozenset()), []

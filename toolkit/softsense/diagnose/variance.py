@@ -32,8 +32,9 @@ SPIKE_COUNT = 6
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.15
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
-# for each time that they change.
+# for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5)
+TONE_PERIODS = 4.0
 TONE_PRICE = 24.0
 HARMONICS = 40
 # A tone whose frequency moves is seen in frames of so many seconds, in so many of them at least; it
@@ -63,6 +64,9 @@ SWITCH_PERIODS = 3.0
 SWITCH_PRICE = 12.0
 # Excess kurtosis of the moves of a walk.
 JERKY = 4.0
+# The autocorrelation of these moves, so many later, of what swings back.
+SWINGING = -0.25
+SWINGS = range(2, 11)
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
 JUMPY = 10.0
 COLOURED = 0.3
@@ -282,6 +286,8 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     made = []
     for course in courses:
         for window_s in TONES_S:
+            if window_s * frequency < TONE_PERIODS:
+                continue
             rest = signal
             for _ in range(TWICING):
                 rest = rest - _tone(rest, course, dt_s, window_s)
@@ -427,12 +433,17 @@ def _uneven(left: Floats, motion: Motion, factor: float) -> bool:
 def jerky(walk: Floats, gain: float) -> bool:
     """Whether what wanders goes in jumps, bumps or swings, and not by many small steps.
 
-    A random walk's moves over a second are Gaussian, and so are its innovations (of this ``gain``),
-    which are white besides; contacts and loads come and go, loose parts ring.
+    A random walk's moves over a second are Gaussian, and it does not come back some seconds later;
+    so are its innovations (of this ``gain``), which are white besides. Contacts and loads come and
+    go, loose parts ring, what nobody logs swings.
     """
     moves = np.diff(walk[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1))
+    moves -= moves.mean()
+    later = [float(moves[k:] @ moves[:-k]) for k in SWINGS if k < len(moves)]
+    swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     news = innovations(walk[:, None], gain)[:, 0]
     news -= news.mean()
     echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
     coloured = max(np.abs(echoes)) > COLOURED * float(news @ news)
-    return coloured or float(kurtosis(moves)) > JERKY or float(kurtosis(news)) > JUMPY
+    jumping = float(kurtosis(moves)) > JERKY or float(kurtosis(news)) > JUMPY
+    return swinging or coloured or jumping
