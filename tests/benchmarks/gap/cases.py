@@ -26,7 +26,7 @@ LATER = 4000
 BETWEEN = 100
 EXCITATIONS = ("rich", "typical", "poor")
 WIDE = {"backlash", "delay"}  # act on the motion or the clock: on all channels
-LAST = 9  # family of the held-out half
+LAST = 10  # family of the held-out half
 
 
 @dataclass(frozen=True)
@@ -108,13 +108,24 @@ def sensors(
         )
         slow = factor["memory"] * factor["slow"] * factor["creep"] * rng.uniform(0.02, 0.15)
         s = s + slow * (
-            low_pass(s, factor["slow"] * factor["late"] * factor["pace"] * rng.uniform(8.0, 40.0))
+            low_pass(
+                s,
+                factor["slow"]
+                * factor["late"]
+                * factor["pace"]
+                * factor["slack"]
+                * rng.uniform(8.0, 40.0),
+            )
             - s
         )
         speed = np.abs(np.gradient(y)) / DT_S
         size = factor["overshoot"] * rng.uniform(0.0, 0.05)
         signals.append(
-            s + size * low_pass(speed, factor["settle"] * factor["quick"] * rng.uniform(0.2, 0.6))
+            s
+            + size
+            * low_pass(
+                speed, factor["settle"] * factor["quick"] * factor["slack"] * rng.uniform(0.2, 0.6)
+            )
         )
     s = np.stack(signals, axis=1)
     base = rng.uniform(1300.0, 1800.0, channels)
@@ -187,6 +198,26 @@ def _eyring(rng: Random, s: Floats) -> Floats:
     """Creep that goes the faster the further it has to go."""
     tau_s, bend = rng.uniform(5.0, 30.0), rng.uniform(0.1, 0.5)
     return _following(s, lambda gone: DT_S / tau_s * bend * np.sinh(gone / bend))
+
+
+def _yielding(rng: Random, s: Floats) -> Floats:
+    """Norton: creep at a power of what is still to go."""
+    pull, power = DT_S / rng.uniform(2.0, 20.0), rng.uniform(1.3, 2.0)
+    return _following(s, lambda gone: pull * np.sign(gone) * min(abs(gone), 5.0) ** power)
+
+
+def _healing(rng: Random, y: Floats) -> Floats:
+    """Softening below the largest stretch, which is forgotten slowly."""
+    kept, top = np.exp(-DT_S / rng.uniform(80.0, 300.0)), y.copy()
+    for k in range(1, len(y)):
+        top[k] = max(kept * top[k - 1], y[k])
+    return (top - y) * (0.3 + y)
+
+
+def _two_paces(rng: Random, n: int) -> Floats:
+    """Two states that forget, one slowly and one more slowly."""
+    slow = [np.exp(-DT_S / tau_s) for tau_s in (30.0, 300.0)]
+    return np.asarray(sum(lfilter([1.0], [1.0, -a], rng.normal(size=n)) for a in slow))
 
 
 def _flicker(rng: Random, n: int) -> Floats:
@@ -408,6 +439,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _enveloped(rng, y),
             lambda: _endochronic(rng, y),
             lambda: _branched(rng, y),
+            lambda: _stepped(y, lambda z, d: bend * d * max(1.0 - z * np.sign(d), 0.0) ** 1.5),
         ],
         "relaxation": [
             lambda: _stretched(rng, s, t),
@@ -420,6 +452,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: _uneven(rng, s),
             lambda: _shifted(rng, s, y),
             lambda: _spread(rng, s, t),
+            lambda: _yielding(rng, s),
         ],
         "softening": [
             lambda: (1.0 - np.exp(-(top - y) * rng.uniform(1.0, 4.0))) * top,
@@ -432,6 +465,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (1.0 - (y / np.maximum(top, 1e-3)) ** rng.uniform(1.0, 3.0)) * y,
             lambda: _damaged(rng, y, top),
             lambda: (top - y) * y / (rng.uniform(0.1, 0.5) + top),
+            lambda: _healing(rng, y),
         ],
         "overshoot": [
             lambda: low_pass(speed, 0.3) + 0.5 * low_pass(speed, 1.5),
@@ -454,6 +488,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
                 low_pass(speed / (speed + rng.uniform(0.05, 0.3)), rng.uniform(0.2, 1.0))
                 * (1.2 - y)
             ),
+            lambda: low_pass(np.sqrt(low_pass(speed**2, rng.uniform(0.2, 0.8))), 0.3),
         ],
         "drift": [
             lambda: np.log1p(t / rng.uniform(5.0, 80.0)),
@@ -466,6 +501,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 2)),
             lambda: np.tanh(t / rng.uniform(100.0, 300.0)) + rng.uniform(0.0, 0.4) * t / 400.0,
             lambda: np.log1p((t / rng.uniform(20.0, 150.0)) ** rng.uniform(0.7, 1.5)),
+            lambda: np.arctan(t / rng.uniform(30.0, 200.0)),
         ],
         "gain": [
             lambda: s - s[0],
@@ -478,6 +514,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (s - s[0]) * -np.expm1(-((t / rng.uniform(80.0, 250.0)) ** 1.5)),
             lambda: (s - s[0]) / (1.0 + np.exp((rng.uniform(100.0, 300.0) - t) / 40.0)),
             lambda: (s - s[0]) * (1.0 - (1.0 + t / rng.uniform(10.0, 100.0)) ** -0.5),
+            lambda: (s - s[0]) * np.sqrt(np.cumsum(y**2)),
         ],
         "random_walk": [
             lambda: np.cumsum(rng.normal(size=len(t))),
@@ -489,6 +526,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.cumsum(lfilter([1.0], [1.0, -0.8], rng.normal(size=len(t)))),
             lambda: np.cumsum(rng.laplace(size=len(t)) * (rng.random(len(t)) < 0.3)),
             lambda: _coloured(rng, len(t), rng.uniform(2.0, 2.3)),
+            lambda: _two_paces(rng, len(t)),
         ],
         "adc_nonlinearity": [
             lambda: np.sin(np.pi * (s - s.min()) / 4.0),
@@ -506,6 +544,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: np.polynomial.chebyshev.chebval(
                 2.0 * (s - s.min()) / np.ptp(s) - 1.0, [0, 0, 0, *rng.normal(size=4)]
             ),
+            lambda: np.cbrt((s - s.min()) / np.ptp(s) - rng.uniform(0.3, 0.7)),
         ],
         "interference": [
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t),
@@ -525,6 +564,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             ),
             lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t) * np.exp(0.4 * s),
             lambda: np.sin(2.0 * np.pi * (rng.uniform(1.0, 8.0) + 0.0005 * t) * t),
+            lambda: np.sin(2.0 * np.pi * rng.uniform(1.0, 9.0) * t) * (0.2 + low_pass(speed, 0.5)),
         ],
         "spikes": [
             lambda: (rng.random(len(t)) < 0.004) * rng.normal(size=len(t)),
@@ -542,6 +582,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: (
                 (rng.random(len(t)) < 0.003) * rng.lognormal(0.0, 0.8, len(t)) * np.sign(y - 0.5)
             ),
+            lambda: np.convolve(rng.random(len(t)) < 0.001, [1.0, 0, -1.0, 0, 1.0])[: len(t)],
         ],
         "noise": [
             lambda: rng.normal(size=len(t)),
@@ -553,6 +594,7 @@ def shape(rng: Random, name: str, family: int, s: Floats, y: Floats, t: Floats) 
             lambda: rng.normal(size=len(t)) * (0.3 + t / 400.0),
             lambda: rng.uniform(-1.0, 1.0, len(t)) * np.sqrt(0.2 + np.abs(s)),
             lambda: rng.standard_t(6.0, size=len(t)) * np.sqrt(0.1 + (y - 0.5) ** 2),
+            lambda: rng.normal(size=len(t)) * (0.3 + low_pass(speed, 2.0)),
         ],
     }
     choices = table[name]
@@ -573,9 +615,11 @@ NAMES = (
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
-FOREIGN = tuple("contact load sticking ringing loose tremble touch tug bend gust knock".split())
+FOREIGN = tuple(
+    "contact load sticking ringing loose tremble touch tug bend gust knock pinch".split()
+)
 # Parameters that the simulator has, and may have wrong; the last one for the held-out half only.
-RETUNED = tuple("relaxation tau overshoot creep late settle pace memory slow quick".split())
+RETUNED = tuple("relaxation tau overshoot creep late settle pace memory slow quick slack".split())
 
 
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
@@ -715,6 +759,13 @@ def _foreign(name: str, rng: Random, s: Floats, own: Floats, x: Floats) -> Float
         k = np.arange(40) * DT_S
         rung = np.exp(-k / 0.4) * np.cos(2.0 * np.pi * rng.uniform(0.8, 2.0) * k)
         return np.asarray(fftconvolve(struck, rung)[:n])
+    if name == "pinch":  # something keeps it from going back, at times
+        out = np.zeros(n)
+        for _ in range(int(rng.integers(8, 25))):
+            begin, length = int(rng.integers(n)), int(rng.uniform(3.0, 15.0) / DT_S)
+            part = slice(begin, begin + length)
+            out[part] = np.maximum(rng.uniform(0.3, 0.8) - x[part] / 0.4, 0.0)
+        return out
     # ringing after some of the reversals
     rate = np.gradient(x)
     turns = np.flatnonzero(rate[1:] * rate[:-1] < 0)
@@ -758,7 +809,8 @@ def _moved(
                 6: 1.2 - 0.6 * np.exp(-index / 2000.0),
                 7: 0.5 + 0.3 * np.floor(index / 2300.0),  # samples get lost
                 8: 0.5 + (index % 2600) / 2600.0,  # set right now and then
-                LAST: 0.5 + np.maximum(index / SAMPLES - 0.5, 0.0),  # goes wrong half way
+                9: 0.5 + np.maximum(index / SAMPLES - 0.5, 0.0),  # goes wrong half way
+                LAST: 1.0 + 0.4 * np.sin(index / 400.0) * np.cos(index / 1700.0),
             }
             late = drifting.get(family, 1.0) * middle / DT_S
             seen = np.interp(index - late, index, x)
@@ -774,12 +826,14 @@ def _moved(
                 if family == 7:  # teeth that are not alike
                     wide *= 1.0 + 0.3 * np.sin(30.0 * value)
                 # One of its sides is worn, where it is used most.
-                behind = wide * (0.4 + value) if family == LAST else wide
+                behind = wide * (0.4 + value) if family == 9 else wide
                 stop = min(max(z, value - behind), value + wide)
                 z = stop + soft * (value - stop)
                 seen[k] = z
             if family == 8:  # a spring beside the play
                 seen = 0.8 * seen + 0.2 * x
+            if family == LAST:  # stops of rubber
+                seen = seen + 0.08 * middle * np.tanh((x - seen) / (0.2 * middle))
         else:
             more = {name.removeprefix("retune:"): 1.0 + 4.0 * middle}
         rng = np.random.default_rng(physics)
@@ -809,9 +863,14 @@ def _change(
             late = low_pass(own, tau, 1 + family % 2)
             if family == 3:
                 late = low_pass(late, 0.4 * tau)
-            if family == LAST:  # discharges more slowly than it charges
+            if family == 9:  # discharges more slowly than it charges
                 rise, fall = DT_S / (tau + DT_S), DT_S / (1.5 * tau + DT_S)
                 late = own + _following(own, lambda gone: gone * (rise if gone > 0.0 else fall))
+            if family == LAST:  # the sensor's own resistance charges it
+                taus = tau * (0.6 + 0.8 * (own - own.min()) / np.ptp(own))
+                late = own.copy()
+                for k in range(1, len(own)):
+                    late[k] = late[k - 1] + (own[k] - late[k - 1]) * DT_S / (taus[k] + DT_S)
             if family == 8:  # a part of it comes through at once
                 late = 0.85 * late + 0.15 * own
             if family == 7:  # three stages that are alike
@@ -841,9 +900,12 @@ def _change(
             change = -soft * np.logaddexp(0.0, over)
             if family == 3:  # a tenth of what is above comes through
                 change = -0.9 * np.maximum(own - level, 0.0)
-            if family == LAST:  # at both of its ends
+            if family == 9:  # at both of its ends
                 low = own.min() + 0.3 * (own.max() - level)
                 change = np.clip(own, low, level) - own
+            if family == LAST:  # the logarithm of what is above
+                above, room = np.maximum(own - level, 0.0), 0.05 * np.ptp(own)
+                change = room * np.log1p(above / room) - above
             if family == 8:  # its last part is bent to a limit
                 above, room = np.maximum(own - level, 0.0), 0.15 * np.ptp(own)
                 change = room * np.tanh(above / room) - above
@@ -868,8 +930,11 @@ def _change(
             change = codes[:, channel - 1] - codes[0, channel - 1]
         if family == 3:  # a shared supply
             change = codes.mean(axis=1) - own
-        if family == LAST:  # the more, the higher its own resistance is
+        if family == 9:  # the more, the higher its own resistance is
             change *= 0.4 + (own - own.min()) / np.ptp(own)
+        if family == LAST:  # of both neighbours
+            after = codes[:, (channel + 1) % codes.shape[1]]
+            change = 0.7 * codes[:, channel - 1] + 0.3 * after - own
         if family == 8:  # a little of every other
             mixed = np.random.default_rng(channel).uniform(0.2, 1.0, codes.shape[1])
             change = codes @ mixed / mixed.sum() - own
@@ -888,8 +953,10 @@ def _change(
         change = (since > 0.0) * (1.0 + 0.3 * (family % 3) * signals[:, channel])
         if family == 3:  # heals in part
             change *= 0.5 + 0.5 * np.exp(-since / 40.0)
-        if family == LAST:  # comes back with the logarithm of time
+        if family == 9:  # comes back with the logarithm of time
             change *= 1.0 - 0.1 * np.log1p(since / 2.0)
+        if family == LAST:  # swings into its place
+            change *= 1.0 + 0.5 * np.exp(-since / 4.0) * np.cos(1.5 * since)
         if family == 8:  # goes in two blows
             change *= 0.6 + 0.4 * (since > 3.0)
         if family == 7:  # slips once more
