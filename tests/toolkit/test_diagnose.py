@@ -14,7 +14,7 @@ import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose
 from softsense.diagnose.nominal import motion_of
-from softsense.diagnose.variance import Finding, cleaned, findings, jerky
+from softsense.diagnose.variance import Finding, cleaned, findings, hums, jerky
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
@@ -278,8 +278,8 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 def test_effects_of_other_equations_keep_their_names() -> None:
     """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, play
     beside a spring, clocks that run apart or wander, a bit that weighs wrong, a line of resistors
-    and capacitors, an active filter, one that a part gets past, and a capacitor that keeps two
-    channels."""
+    and capacitors, an active filter, one that a part gets past, one that discharges slowly, an
+    amplifier with two rails, and a capacitor that keeps two channels."""
     from scipy.special import erf
 
     x, codes = clean(13)
@@ -305,6 +305,10 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         np.stack([np.interp(late, index, c) for c in codes.T], axis=1) for late in (quick, far)
     )
     line = filtered(filtered(codes, 0.7), 0.1)
+    slow_down = codes.copy()
+    for k in range(1, len(codes)):
+        gone = codes[k] - slow_down[k - 1]
+        slow_down[k] = slow_down[k - 1] + gone * np.where(gone > 0.0, 0.2, 0.12)
     kept = codes.copy()
     kept[:, 2] += 0.05 * (codes[:, 1] - codes[:, 2]) + 0.02 * (codes[:, 0] - codes[:, 2])
     for name, made in (
@@ -324,6 +328,8 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("lag", line),
         ("lag", coupled),
         ("lag", 0.85 * filtered(codes, 0.4) + 0.15 * codes),
+        ("lag", slow_down),
+        ("saturation", np.clip(codes, *np.quantile(codes, [0.06, 0.9], axis=0))),
         ("crosstalk", kept),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
@@ -372,6 +378,8 @@ def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> Non
     ringing = np.exp(-np.arange(60) / 12) * np.sin(np.arange(60) * 0.53)
     rung = np.convolve(rng.normal(size=len(walk)) * (rng.random(len(walk)) < 0.02), ringing)
     assert jerky(20.0 * rung[: len(walk)] + rng.normal(size=len(walk)), gain)
+    swung = sum(np.sin(np.arange(len(walk)) * pace) for pace in (0.013, 0.037, 0.11))
+    assert jerky(20.0 * swung + rng.normal(size=len(walk)), gain)
 
 
 def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
@@ -404,6 +412,23 @@ def test_a_tone_that_was_heard_before_is_heard_again() -> None:
     assert findings(left, left, own, motion, True, heard=[4.2]) == []
     (again,) = findings(left, left, own, motion, True, heard=[6.9])
     assert (again.name, again.channels) == ("interference", (0,))
+
+
+@pytest.mark.parametrize("size", [1.5, 20.0])
+def test_a_tone_whose_frequency_moves_is_a_tone(size: float) -> None:
+    """From 4 to 4.4 Hz, and so at no frequency for long."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(7)
+    t = 0.05 * np.arange(len(codes))
+    own, left = rng.normal(size=(2, *codes.shape))
+    left[:, 2] += size * np.sin(2 * np.pi * (4.0 + 0.0005 * t) * t)
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = findings(left, left, own, motion, False)
+    assert (found.name, found.channels) == ("interference", (2,))
+    assert found.value == pytest.approx(4.2, abs=0.02)
+    assert cleaned(left, [found], motion).std() == pytest.approx(1.0, rel=0.05)
+    loud = [(hum.channels, round(hum.value, 1)) for hum in hums(left, motion)]
+    assert loud == ([((2,), 4.2)] if size > 2.0 else [])
 
 
 def test_a_tone_that_wanders_leaves_alone_what_is_slow() -> None:
