@@ -47,7 +47,7 @@ def test_any_number_of_jobs_gives_the_same_files(path: Path, tmp_path: Path) -> 
     ]  # fmt: skip
     assert texts(tmp_path / "one") == texts(tmp_path / "two")
     assert [t.accuracy for t in one] == [t.accuracy for t in two]
-    alone = fit(rec, ("a", "c"), hidden=4, max_epochs=6, restarts=1)
+    alone = fit(rec, ("a", "c"), hidden=4, split=SETTINGS.split, max_epochs=6, restarts=1)
     assert one[4].mlp.to_json() == alone.mlp.to_json()
     assert one[4].rmse == alone.rmse
 
@@ -123,6 +123,7 @@ def test_the_command_writes_tables_figures_and_the_best_network(
     assert saved["codes"].dtype == np.int32
     error = mlp.predict(saved["codes"]) - saved["target"]
     rows_of = data["split"]
+    assert rows_of["how"] == "random"
     assert rows_of["train"] + rows_of["validation"] + rows_of["test"] == len(error) == 700
     names = ("accuracy_per_sensor", "pairs", "accuracy_by_size", "true_and_predicted")
     before = {}
