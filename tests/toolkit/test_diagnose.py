@@ -178,15 +178,17 @@ def test_an_effect_beside_a_walk_is_named_too() -> None:
     assert set(result.effects) == {"overshoot", "random_walk"}
 
 
-def test_what_an_unknown_mechanism_leaves_on_all_channels_is_no_walk() -> None:
-    """Beside an effect, what wanders alike on all channels is what its equation does not say."""
+def test_what_wanders_alike_beside_an_effect_is_no_walk() -> None:
+    """It may be what the effect's equation does not say, and so it is no temperature either."""
     x, codes = clean(8)
     rng = np.random.default_rng(5)
-    made = hide(x, codes, "overshoot")
-    walk = np.cumsum(rng.normal(size=SAMPLES)) * 0.3
+    shared = np.cumsum(rng.normal(size=SAMPLES)) * 0.3
     own = np.cumsum(rng.normal(size=codes.shape), axis=0) * 0.1
-    shared = diagnose(recorded(x, codes, 1), recorded(x, made + walk[:, None] + own, 2))
-    assert "random_walk" not in shared.effects
+    made = hide(x, codes, "overshoot") + shared[:, None] + own
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert "overshoot" in result.effects
+    assert not set(result.effects) & {"random_walk", "temperature"}
+    assert result.data["unexplained"]["unknown_effect"]
 
 
 def test_a_step_that_heals_is_still_a_step() -> None:

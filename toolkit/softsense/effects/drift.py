@@ -24,7 +24,6 @@ SLOPES = (0.0, -0.3, 0.4)
 COURSES: dict[str, Callable[[Floats], Floats]] = {
     "log": np.log1p,
     "exponential": lambda passed: -np.expm1(-passed),
-    "avrami": lambda passed: -np.expm1(-passed),
     "hyperbolic": lambda passed: passed / (1.0 + passed),
     "root": lambda passed: 1.0 - 1.0 / np.sqrt(1.0 + passed),
 }
@@ -59,7 +58,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_laws(nominal, ("log", "exponential"), (1.0, 4.0, 15.0, 60.0, 200.0), SLOPES),
         *_powers(nominal, exponents, SLOPES),
         *_laws(nominal, ("hyperbolic", "root"), (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0)),
-        *_laws(nominal, ("avrami",), (30.0, 60.0, 120.0, 240.0), orders=(0.6, 1.5, 2.0)),
+        *_laws(nominal, ("exponential",), (30.0, 60.0, 120.0, 240.0), orders=(0.6, 1.5, 2.0)),
         *_laws(nominal, ("log",), (20.0, 60.0, 150.0), orders=(0.7, 1.4)),
         _mixed(nominal),
     ]
@@ -76,7 +75,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0)
     return [
         *_laws(nominal, ("log", "exponential", "hyperbolic", "root"), taus, SLOPES),
-        *_laws(nominal, ("log", "avrami"), taus[::2], orders=orders),
+        *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),
         _mixed(nominal),
     ]
 
