@@ -151,7 +151,7 @@ def _all(
 
     from softsense import recording
     from softsense.select import rank
-    from softsense.train import Settings, compare, fit, fit_all
+    from softsense.train import Settings, compare, fit_all
     from softsense.train.figures import draw
     from softsense.train.files import save, save_table
 
@@ -174,15 +174,6 @@ def _all(
     agreement = compare(ranking, trained)
     save_table(args.output, ranking, trained, agreement)
     draw(args.output / "figures", ranking, trained, rec, rows)
-    best = min(trained, key=lambda one: one.judged)
-    result = fit(
-        rec,
-        best.sensors,
-        hidden=settings.hidden,
-        split=rows,
-        seed=settings.seed,
-        restarts=settings.restarts,
-        max_epochs=settings.max_epochs,
-    )
+    result = min(trained, key=lambda one: one.judged)
     save(result, rec, args.output)
     return result, agreement

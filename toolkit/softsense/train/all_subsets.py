@@ -23,13 +23,24 @@ import numpy as np
 from softsense import recording
 from softsense.errors import SoftsenseError
 from softsense.mlp import Mlp
-from softsense.recording import Recording
-from softsense.train.fitting import fit
+from softsense.recording import Recording, Split
+from softsense.train.fitting import Fit, fit
 from softsense_codegen.atomic import write_text
 
 Progress = Callable[[int, str], None]
 
-SCHEMA = "softsense.subset/1"
+SCHEMA = "softsense.subset/2"
+# Of a fit, what its file holds besides the network; the rows follow from the settings.
+KEPT = (
+    "rmse",
+    "accuracy",
+    "status",
+    "epochs",
+    "best_epoch",
+    "restarts",
+    "train_mse",
+    "validation_mse",
+)
 # 2^12 networks are hours; beyond, choose sensors first.
 MOST_SENSORS = 12
 
@@ -48,23 +59,6 @@ class Settings:
     max_epochs: int = 100
 
 
-@dataclass(frozen=True)
-class Trained:
-    """One subset's network; ``rmse`` per part and target, ``accuracy`` 1 / MSE on test rows."""
-
-    sensors: tuple[str, ...]
-    rmse: dict[str, tuple[float, ...]]
-    accuracy: float
-    status: str
-    epochs: int
-    mlp: Mlp
-
-    @property
-    def judged(self) -> float:
-        """The larger of training and validation error (summed squares), to choose subsets by."""
-        return max(sum(value**2 for value in self.rmse[part]) for part in ("train", "validation"))
-
-
 def subsets_of(sensors: Sequence[str], max_size: int | None = None) -> list[tuple[str, ...]]:
     """All subsets of up to ``max_size`` sensors, by size."""
     largest = len(sensors) if max_size is None else max_size
@@ -79,7 +73,7 @@ def fit_all(
     jobs: int = 1,
     dask: str | None = None,
     progress: Progress | None = None,
-) -> tuple[Trained, ...]:
+) -> tuple[Fit, ...]:
     """Train every subset of ``rec``'s sensors; results in ``folder``/subsets, one file each.
 
     Finished files of an earlier run with the same data and settings are taken as they are. ``jobs``
@@ -95,18 +89,18 @@ def fit_all(
             where=rec.name,
             remedy=f"choose at most {MOST_SENSORS} with --sensors; softsense rank tells which",
         )
-    recording.split(len(rec), settings.split, settings.seed)  # refuse a wrong name before the work
+    rows = recording.split(len(rec), settings.split, settings.seed)
     wanted = subsets_of(rec.sensors)
     key = key_of(rec, settings)
-    done: dict[tuple[str, ...], Trained] = {}
+    done: dict[tuple[str, ...], Fit] = {}
     for chosen in wanted:
         path = _path(folder, chosen)
         if path.exists():
-            done[chosen] = _load(path, key)
+            done[chosen] = _load(path, key, rows)
     missing = [chosen for chosen in reversed(wanted) if chosen not in done]  # the longest first
     for chosen, text in _train(rec, missing, settings, key, jobs, dask):
         path = write_text(_path(folder, chosen), text)
-        done[chosen] = _load(path, key)
+        done[chosen] = _load(path, key, rows)
         if progress is not None:
             progress(len(done), " ".join(chosen))
     return tuple(done[chosen] for chosen in wanted)
@@ -139,10 +133,7 @@ def train_one(rec: Recording, chosen: tuple[str, ...], settings: Settings, key: 
         "schema": SCHEMA,
         "key": key,
         "sensors": list(chosen),
-        "rmse": result.rmse,
-        "accuracy": result.accuracy,
-        "status": result.status,
-        "epochs": result.epochs,
+        **{name: getattr(result, name) for name in KEPT},
         "mlp": json.loads(result.mlp.to_json()),
     }
     return json.dumps(data) + "\n"
@@ -155,19 +146,16 @@ def _path(folder: Path, chosen: tuple[str, ...]) -> Path:
     return folder / "subsets" / f"{name[:80]}-{tail}.json"
 
 
-def _load(path: Path, key: str) -> Trained:
+def _load(path: Path, key: str, rows: Split) -> Fit:
     try:
         data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         same = data["schema"] == SCHEMA and data["key"] == key
         if same:
-            return Trained(
-                tuple(data["sensors"]),
-                {part: tuple(values) for part, values in data["rmse"].items()},
-                data["accuracy"],
-                data["status"],
-                data["epochs"],
-                Mlp.from_json(json.dumps(data["mlp"]), str(path)),
-            )
+            kept = {name: data[name] for name in KEPT}
+            for name in ("train_mse", "validation_mse"):
+                kept[name] = tuple(kept[name])
+            kept["rmse"] = {part: tuple(values) for part, values in kept["rmse"].items()}
+            return Fit(Mlp.from_json(json.dumps(data["mlp"]), str(path)), rows, **kept)
     except (ValueError, KeyError, TypeError, OSError) as error:
         raise SoftsenseError(
             "not a whole result of a subset", where=str(path), remedy="delete it and run again"

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import spearmanr
 
 from softsense.select import Ranking
-from softsense.train.all_subsets import Trained
+from softsense.train.fitting import Fit
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Agreement:
     regret_of_three: float
 
 
-def compare(ranking: Ranking, trained: Sequence[Trained]) -> tuple[Agreement, ...]:
+def compare(ranking: Ranking, trained: Sequence[Fit]) -> tuple[Agreement, ...]:
     """Agreement of ``ranking`` with the accuracy of ``trained`` for each size."""
     known = {one.sensors: one for one in trained}
     order = tuple(ranking.singles)

@@ -19,7 +19,7 @@ from matplotlib.figure import Figure
 
 from softsense.recording import Recording, Split
 from softsense.select import Ranking
-from softsense.train.all_subsets import Trained
+from softsense.train.fitting import Fit
 from softsense_codegen.atomic import write_bytes
 
 # Text stays text and ids do not change from run to run: the same results give the same files.
@@ -36,7 +36,7 @@ ACCURACY, INFORMATION = "#1f6f8b", "#d1622b"
 
 
 def draw(
-    folder: Path, ranking: Ranking, trained: Sequence[Trained], rec: Recording, rows: Split
+    folder: Path, ranking: Ranking, trained: Sequence[Fit], rec: Recording, rows: Split
 ) -> tuple[Path, ...]:
     """Write accuracy_per_sensor (the paper's Figs 7, 11), pairs (8, 12), accuracy_by_size (9, 14)
     and true_and_predicted (13) into ``folder``, each as .png and .svg. Returns the paths."""
@@ -52,6 +52,9 @@ def draw(
     with matplotlib.rc_context(STYLE):
         for name, make in figures.items():
             figure = make()
+            # Once for both kinds of file: to lay it out takes as long as to draw it.
+            figure.draw_without_rendering()
+            figure.set_layout_engine("none")
             for kind, metadata in (("png", {"Software": None}), ("svg", {"Date": None})):
                 buffer = io.BytesIO()
                 figure.savefig(buffer, format=kind, dpi=150, metadata=metadata)
@@ -59,9 +62,7 @@ def draw(
     return tuple(paths)
 
 
-def _measures(
-    ranking: Ranking, known: dict[tuple[str, ...], Trained], size: int, label: str
-) -> Figure:
+def _measures(ranking: Ranking, known: dict[tuple[str, ...], Fit], size: int, label: str) -> Figure:
     """Accuracy and mutual information of all subsets of one size, side by side."""
     ranked = sorted(ranking.of_size(size), key=lambda subset: -subset.mi_bits)
     if size == 1:
@@ -86,9 +87,9 @@ def _measures(
     return figure
 
 
-def _best_by_size(trained: Sequence[Trained]) -> list[Trained]:
+def _best_by_size(trained: Sequence[Fit]) -> list[Fit]:
     """For each size the subset with the least validation error, which is not the test error."""
-    best: dict[int, Trained] = {}
+    best: dict[int, Fit] = {}
     for one in trained:
         size = len(one.sensors)
         if size not in best or one.judged < best[size].judged:
@@ -96,7 +97,7 @@ def _best_by_size(trained: Sequence[Trained]) -> list[Trained]:
     return [best[size] for size in sorted(best)]
 
 
-def _by_size(trained: Sequence[Trained]) -> Figure:
+def _by_size(trained: Sequence[Fit]) -> Figure:
     best = _best_by_size(trained)
     figure = Figure(figsize=(5.0, 3.4), layout="constrained")
     axes = figure.subplots()
@@ -121,7 +122,7 @@ def _by_size(trained: Sequence[Trained]) -> Figure:
     return figure
 
 
-def _true_and_predicted(trained: Sequence[Trained], rec: Recording, rows: Split) -> Figure:
+def _true_and_predicted(trained: Sequence[Fit], rec: Recording, rows: Split) -> Figure:
     best = _best_by_size(trained)
     targets = len(rec.targets)
     figure = Figure(figsize=(2.2 * len(best) + 0.6, 2.3 * targets + 0.5), layout="constrained")

@@ -14,7 +14,6 @@ import numpy as np
 
 from softsense.recording import Recording
 from softsense.select import Ranking
-from softsense.train.all_subsets import Trained
 from softsense.train.comparison import Agreement
 from softsense.train.fitting import Fit
 from softsense_codegen.atomic import write_bytes, write_text
@@ -56,7 +55,7 @@ def summary(fit: Fit) -> dict[str, Any]:
 
 
 def save_table(
-    folder: Path, ranking: Ranking, trained: Sequence[Trained], agreement: Sequence[Agreement]
+    folder: Path, ranking: Ranking, trained: Sequence[Fit], agreement: Sequence[Agreement]
 ) -> None:
     """Write subsets.csv, one row per subset, and all.json, how well the ranking foretold them."""
     known = {one.sensors: one for one in trained}

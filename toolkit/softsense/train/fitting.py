@@ -54,6 +54,11 @@ class Fit(Shown):
         """Names of the network's inputs, in order."""
         return tuple(i.name for i in self.mlp.inputs)
 
+    @property
+    def judged(self) -> float:
+        """The larger of training and validation error (summed squares), to choose subsets by."""
+        return max(sum(value**2 for value in self.rmse[part]) for part in ("train", "validation"))
+
     def summary(self) -> list[tuple[str, str]]:
         """What a terminal or a notebook shows of it."""
         units = [f" {output.unit}" if output.unit != "1" else "" for output in self.mlp.outputs]

@@ -62,15 +62,19 @@ class Weights:
         )
 
     def hidden(self, x: Floats) -> Floats:
-        """What the tanh units put out (samples, hidden) for inputs (samples, inputs)."""
-        sums: Floats = x @ self.w1.T
-        sums += self.b1
-        tanh(sums.reshape(-1))
-        return sums
+        """What the tanh units make of inputs (samples, inputs), and a 1: (samples, hidden + 1)."""
+        units = len(self.b1)
+        out = np.empty((len(x), units + 1))
+        np.matmul(x, self.w1.T, out=out[:, :units])
+        out[:, :units] += self.b1
+        out[:, units] = 0.0
+        tanh(out.reshape(-1))
+        out[:, units] = 1.0
+        return out
 
     def outputs(self, hidden: Floats) -> Floats:
         """Outputs (samples, outputs) where the tanh units put out ``hidden``."""
-        y: Floats = hidden @ self.w2.T + self.b2
+        y: Floats = hidden @ np.column_stack([self.w2, self.b2]).T
         return y
 
     def predict(self, x: Floats) -> Floats:
@@ -79,12 +83,10 @@ class Weights:
 
     def with_best_outputs(self, hidden: Floats, target: Floats, decay: float) -> Weights:
         """The second layer that has least cost where the tanh units put out ``hidden``."""
-        samples, units = hidden.shape
-        columns = np.ones((samples, units + 1))
-        columns[:, :-1] = hidden
-        gram = dsyrk(1.0, columns.T, lower=1)
+        units = hidden.shape[1] - 1
+        gram = dsyrk(1.0, hidden.T, lower=1)
         gram[np.diag_indices(units + 1)] += decay
-        _, second, flaw = dposv(gram, columns.T @ target, lower=1, overwrite_a=1)
+        _, second, flaw = dposv(gram, hidden.T @ target, lower=1, overwrite_a=1)
         if flaw:  # not positive definite to rounding: nothing better is known
             return self
         return Weights(self.w1, self.b1, second[:-1].T.copy(), second[-1].copy())
@@ -148,21 +150,19 @@ def normal_equations(
     )
     bent = np.zeros((felt.shape[1], units))
     for begin in range(0, samples, BLOCK):
-        bent += felt[begin : begin + BLOCK].T @ hidden[begin : begin + BLOCK] ** 2
+        bent += felt[begin : begin + BLOCK].T @ hidden[begin : begin + BLOCK, :units] ** 2
     sums = (felt.sum(axis=0)[:, None] - bent).reshape(outputs, inputs + 1, units)
     first = np.einsum("oiu,ou->iu", sums, weights.w2)
-    second = np.column_stack([error.T @ hidden, error.sum(axis=0)])
-    gradient = np.concatenate([first.ravel(), second.ravel()])
+    gradient = np.concatenate([first.ravel(), (error.T @ hidden).ravel()])
 
     grams = [np.zeros((own, own), dtype=np.float32, order="F") for _ in range(outputs)]
     block = np.empty((BLOCK, own), dtype=np.float32)
-    block[:, -1] = 1.0
     some, some_hidden = x[::stride].astype(np.float32), hidden[::stride].astype(np.float32)
     for begin in range(0, len(some), BLOCK):
         inside, out = some[begin : begin + BLOCK], some_hidden[begin : begin + BLOCK]
         jacobian = block[: len(inside)]
-        jacobian[:, edge:-1] = out
-        slope = 1 - out**2
+        jacobian[:, edge:] = out
+        slope = 1 - out[:, :units] ** 2
         bias = jacobian[:, edge - units : edge]
         for output in range(outputs):
             np.multiply(slope, weights.w2[output].astype(np.float32), out=bias)
