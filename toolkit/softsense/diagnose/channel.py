@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose.design import Design, Entry, Fit, Group, Pick
+from softsense.diagnose.nominal import AVERAGED_NOISE
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import STAGES, Candidate, Effect, Nominal, all_effects
 
@@ -91,6 +92,8 @@ class Channel:
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
         self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
+        # The slow part of the simulation's noise is still in its nominal signal.
+        self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2)
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
         found: dict[str, list[Entry]] = {name: [] for name in known}
         # Channels begin with different effects, so that what one has asked the nominal response is

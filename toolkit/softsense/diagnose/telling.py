@@ -14,7 +14,6 @@ from softsense.diagnose import engine, variance
 from softsense.diagnose.channel import WALK, Channel
 from softsense.diagnose.design import BLOCKS, Design
 from softsense.diagnose.nominal import (
-    AVERAGED_NOISE,
     Motion,
     history_basis,
     history_groups,
@@ -206,8 +205,7 @@ def tell(
 
 def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
-    kept = AVERAGED_NOISE * sum(channel.samples for channel in channels)
-    raw = sum(channel.excess for channel in channels) - kept
+    raw = sum(c.excess - c.samples * (c.noise / c.sigma**2 - 1.0) for c in channels)
     return raw > UNKNOWN_GAP * channels[0].samples and _left_share(channels, best) > UNKNOWN_SHARE
 
 
@@ -288,7 +286,7 @@ def _traces(channels: Sequence[Channel], best: Model) -> tuple[engine.Trace, ...
 def _left_share(channels: Sequence[Channel], best: Model) -> float:
     """Share of the gap beyond the noise that the model leaves on time that it has not seen."""
     left = sum(
-        float(fit.errors.sum()) / channel.sigma**2 - channel.samples
+        (float(fit.errors.sum()) - channel.samples * channel.noise) / channel.sigma**2
         for channel, fit in zip(channels, best.fits, strict=True)
     )
     return float(np.clip(left / max(sum(c.excess for c in channels), 1.0), 0.0, 1.0))
@@ -303,7 +301,7 @@ def _shrink(
     before, after = np.zeros(BLOCKS), np.zeros(BLOCKS)
     walking = best.channels_of(WALK)
     for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True)):
-        noise = channel.samples / BLOCKS * channel.sigma**2
+        noise = channel.samples / BLOCKS * channel.noise
         gap = channel.design.grams[:, -1, -1] - noise
         before += gap
         # Of a walk nothing is closed on time that lies ahead.
@@ -332,9 +330,8 @@ def _effects(
     raw = max(sum(channel.excess for channel in channels), 1.0)
     # An equation that closes the gap down to the noise is right, and what fits worse is not; one
     # that leaves something over is right only nearly, and so may be what leaves over twice as much.
-    kept = AVERAGED_NOISE * samples
     alike = motion.strokes_alike()
-    slack = SIMILAR * samples + max(_left_share(channels, best) * raw - kept, 0.0)
+    slack = SIMILAR * samples + _left_share(channels, best) * raw
     result = []
     for name in sorted(best.names):
         others = best.names - {name}

@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import oaconvolve
+from scipy.signal import lfilter, oaconvolve
 from scipy.stats import kurtosis
 
 from softsense.diagnose.nominal import Motion, noise_rms
@@ -29,8 +29,19 @@ MOTION_LINES = 10
 BEYOND_MOTION = 30.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
+# Where spikes of one shape are known smaller ones are spikes too.
+SPIKES_MORE = 5.0
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.15
+# What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
+# of the spike at least, is below the other share by then, and below 0 soon if at all.
+BEFORE = 3
+TAIL = 40
+TAIL_LEAST = 0.2
+TAIL_END = 0.08
+TAIL_TURN = 3
+# And fades by so much from sample to sample at least.
+SPIKE_FADES = 0.95
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5)
@@ -190,13 +201,63 @@ def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
 
 
 def _unspiked(signal: Floats) -> Floats:
-    """``signal`` (samples,) with straight lines where its spikes were."""
-    hit = np.convolve(_spikes(signal), np.ones(5), "same") > 0
-    good = np.flatnonzero(~hit)
-    clean = signal.copy()
+    """``signal`` (samples,) with straight lines where its spikes were, and without their tails."""
+    plain = _lined(signal)
+    answer = _answer(_shape(signal))
+    if not len(answer):
+        return plain
+    # What no spike before foretells is the spikes themselves, which are sharp.
+    news = lfilter(answer, [1.0], signal - signal[0])
+    tailless = lfilter([1.0], answer, _between(news, _spikes(news, SPIKES_MORE)))
+    return min(plain, _lined(signal[0] + tailless), key=np.var)
+
+
+def _lined(signal: Floats) -> Floats:
+    """``signal`` (samples,) with straight lines where its spikes were, and close to them."""
+    return _between(signal, np.convolve(_spikes(signal), np.ones(5), "same") > 0)
+
+
+def _between(signal: Floats, hit: NDArray[np.bool_]) -> Floats:
+    """``signal`` (samples,) with straight lines where it is ``hit``."""
+    clean, good = signal.copy(), np.flatnonzero(~hit)
     if len(good):
         clean[hit] = np.interp(np.flatnonzero(hit), good, signal[good])
     return clean
+
+
+def _answer(shape: Floats) -> Floats:
+    """1 and less what two samples foretell of the next one in a spike's ``shape``, or nothing."""
+    if len(shape) < 2:
+        return np.zeros(0)
+    held = np.concatenate([[0.0], shape, [0.0, 0.0]])
+    past = np.stack([held[1:-1], held[:-2]], axis=1)
+    ahead, _, _, _ = np.linalg.lstsq(past, held[2:])
+    answer = np.array([1.0, *-ahead])
+    return answer if np.abs(np.roots(answer)).max() < SPIKE_FADES else np.zeros(0)
+
+
+def _shape(signal: Floats) -> Floats:
+    """A spike of size 1 and its tail, as ``signal`` (samples,) has them; nothing where it is sharp.
+
+    Nothing either where it stays, or swings so slowly that it is no circuit's.
+    """
+    hits = np.flatnonzero(_spikes(signal))
+    hits = hits[(hits >= BEFORE) & (hits < len(signal) - TAIL)]
+    jump = np.abs(np.diff(signal, prepend=signal[0]))
+    groups = np.split(hits, np.flatnonzero(np.diff(hits) > BEFORE) + 1)
+    begins = np.array([g[np.argmax(jump[g])] for g in groups if len(g)], dtype=np.intp)
+    if len(begins) < SPIKE_COUNT:
+        return np.zeros(0)
+    before = signal[begins[:, None] - np.arange(1, BEFORE + 1)].mean(axis=1)
+    after = signal[begins[:, None] + np.arange(TAIL)] - before[:, None]
+    shape: Floats = after[:, 0] @ after / (after[:, 0] @ after[:, 0])
+    there = np.abs(shape) > TAIL_END
+    gone = np.flatnonzero(~(there[1:-2] | there[2:-1] | there[3:]))
+    back = np.flatnonzero(shape < -TAIL_END)
+    sharp = np.abs(shape[1:3]).max() < TAIL_LEAST
+    if sharp or not len(gone) or (len(back) and TAIL_TURN < back[0] <= gone[0]):
+        return np.zeros(0)
+    return shape[: gone[0] + 1]
 
 
 def _mixed(
@@ -316,15 +377,15 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest
 
 
-def _spikes(left: Floats) -> NDArray[np.bool_]:
-    """(samples,) whether a sample is far from its neighbours, in units of the local noise.
+def _spikes(left: Floats, least: float = SPIKE_SIGMA) -> NDArray[np.bool_]:
+    """(samples,) whether a sample is ``least`` times the local noise from its neighbours.
 
     None where many more are half as far: that is noise with heavy tails.
     """
     fast = np.abs(left - np.convolve(left, np.ones(5) / 5, "same"))
     scale = max(1.4826 * float(np.median(fast)), 0.5)
-    hit: NDArray[np.bool_] = fast > SPIKE_SIGMA * scale
-    if hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
+    hit: NDArray[np.bool_] = fast > least * scale
+    if hit.sum() < SPIKE_PART * (fast > 0.5 * least * scale).sum():
         hit[:] = False
     return hit
 
