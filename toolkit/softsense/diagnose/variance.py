@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.signal import lfilter, oaconvolve
 from scipy.stats import kurtosis
 
@@ -29,10 +30,12 @@ MOTION_LINES = 10
 BEYOND_MOTION = 30.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
+# Within so many samples an edge of what was explained is no spike.
+SPIKE_EDGE = 7
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
 # Of the samples that are half as far as a spike is, so many must be spikes.
-SPIKE_PART = 0.15
+SPIKE_PART = 0.35
 # What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
 # of the spike at least, is below the other share by then, and below 0 soon if at all.
 BEFORE = 3
@@ -135,7 +138,12 @@ def findings(
             rest = _toneless(rest, line, motion.dt_s)
             news = _news(rest) if c in walking else rest
         rest = news
-        if _spikes(rest).sum() >= enough + 2 * _spikes(own[:, c]).sum():
+        hit = _spikes(rest)
+        # What was explained may jump a moment early or late.
+        said = residual[:, c] - left[:, c]
+        jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
+        hit &= _fast(rest) > jumps
+        if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
         level = float(noise_rms(rest[:, None])[0])
@@ -377,15 +385,22 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest
 
 
+def _fast(signal: Floats) -> Floats:
+    """(samples,) how far each sample is from the mean of those around it."""
+    far: Floats = np.abs(signal - np.convolve(signal, np.ones(5) / 5, "same"))
+    return far
+
+
 def _spikes(left: Floats, least: float = SPIKE_SIGMA) -> NDArray[np.bool_]:
     """(samples,) whether a sample is ``least`` times the local noise from its neighbours.
 
     None where many more are half as far: that is noise with heavy tails.
     """
-    fast = np.abs(left - np.convolve(left, np.ones(5) / 5, "same"))
+    fast = _fast(left)
     scale = max(1.4826 * float(np.median(fast)), 0.5)
     hit: NDArray[np.bool_] = fast > least * scale
-    if hit.sum() < SPIKE_PART * (fast > 0.5 * least * scale).sum():
+    plain, half = fast > SPIKE_SIGMA * scale, fast > 0.5 * SPIKE_SIGMA * scale
+    if plain.sum() < SPIKE_PART * half.sum():
         hit[:] = False
     return hit
 

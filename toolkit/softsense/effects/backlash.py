@@ -13,6 +13,8 @@ from softsense.effects.operators import play, uneven_play
 WORN = (0.5, 0.7, 1.4, 2.0)
 # What a spring beside the play passes on of every move.
 BESIDE = (0.1, 0.2, 0.3)
+# Slack at rest, in widths of the play behind it.
+SLACK = (0.25, 0.5, 1.0)
 
 
 def simulate(
@@ -28,17 +30,20 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """What the channel says of the played strain less what it says of the strain, weight 1."""
-    return _traces(nominal, np.geomspace(0.004, 0.3, 22))
+    return _traces(nominal, np.geomspace(0.004, 0.3, 22)) + _dead(
+        nominal, np.geomspace(0.01, 0.3, 10)
+    )
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one width, or beside a spring; or a width that is not the same everywhere, or
-    not for long."""
+    """The same around one width, beside a spring or behind slack; or a width that is not the same
+    everywhere, or not for long."""
     width = values["width"]
     near = width * np.geomspace(0.8, 1.25, 15)
     # What a spring passes on makes play look narrower than it is.
     wider = width * np.geomspace(0.9, 1.4, 14)
-    return _traces(nominal, near) + _worn(nominal, near[3::4]) + _sprung(nominal, wider)
+    made = _traces(nominal, near) + _dead(nominal, near[::2])
+    return made + _worn(nominal, near[3::4]) + _sprung(nominal, wider) + _slack(nominal, near[1::2])
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -60,6 +65,28 @@ def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
                 played = _played(nominal, width * np.exp(np.log(worn) * (course - 0.5)))
                 values = {"width": float(width), "worn": worn}
                 result.append(_trace(nominal, played, values, form))
+    return result
+
+
+def _dead(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Slack at rest that is taken up once and for all."""
+    return [
+        _trace(
+            nominal, np.maximum(nominal.strain - width, 0.0), {"width": float(width)}, "dead_zone"
+        )
+        for width in widths
+    ]
+
+
+def _slack(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Slack at rest, and play behind it."""
+    result = []
+    for width in widths:
+        for share in SLACK:
+            taut = np.maximum(nominal.strain - share * width, 0.0)
+            played = uneven_play(taut, np.full(len(taut), width))
+            values = {"width": float(width), "slack": share}
+            result.append(_trace(nominal, played, values, "slack"))
     return result
 
 
