@@ -69,6 +69,9 @@ FAST_HZ = 1.0
 # the two before it is there. Else it is the motion's: harmonics fold down to where that is.
 HARMONIC_RATIO = 6.0
 HARMONIC_MOST = 4.0
+# Of the first ones a sharp line just where it is foretold is one whatever its size.
+LOW_HARMONIC = 5
+SHARP_RATIO = 40.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
 # A tone that is switched on and off shows within so long and so many of its periods; an instant
@@ -374,10 +377,13 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     for harmonic in range(2, HARMONICS + 1):
         folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
         # What is as slow as the window is no tone.
-        if folded > 4.0 / window_s and harmonic <= last + 2:
+        if folded > 4.0 / window_s and (harmonic <= last + 2 or harmonic <= LOW_HARMONIC):
             low, high = ((folded + way * 0.75 / window_s) * per_hz for way in (-1.0, 1.0))
             band = float(power[round(low) : round(high) + 1].sum())
-            if HARMONIC_RATIO * chance * rest.var() < band < most / harmonic**2:
+            usual = harmonic <= last + 2 and band < most / harmonic**2
+            if band > HARMONIC_RATIO * chance * rest.var() and (
+                usual or (harmonic <= LOW_HARMONIC and _sharp(rest, folded, dt_s))
+            ):
                 rest = rest - _tone(rest, folded, dt_s, window_s)
                 last = harmonic
     tone, times = _switched(signal, frequency, dt_s)
@@ -389,6 +395,13 @@ def _fast(signal: Floats) -> Floats:
     """(samples,) how far each sample is from the mean of those around it."""
     far: Floats = np.abs(signal - np.convolve(signal, np.ones(5) / 5, "same"))
     return far
+
+
+def _sharp(signal: Floats, frequency: float, dt_s: float) -> bool:
+    """Whether ``signal`` has a line of a few bins' width at ``frequency`` (Hz)."""
+    power, at, floor = _spectrum(signal, dt_s)
+    near = np.abs(at - frequency) < 2.0 / (len(signal) * dt_s)
+    return bool(near.any()) and float((power[near] / floor[near]).max()) > SHARP_RATIO
 
 
 def _spikes(left: Floats, least: float = SPIKE_SIGMA) -> NDArray[np.bool_]:
