@@ -279,9 +279,10 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 
 def test_effects_of_other_equations_keep_their_names() -> None:
     """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, play
-    beside a spring, clocks that run apart or wander, a bit that weighs wrong, a line of resistors
-    and capacitors, an active filter, one that a part gets past, one that discharges slowly, an
-    amplifier with two rails, and a capacitor that keeps two channels."""
+    beside a spring or behind slack, a converter with teeth, clocks that run apart or wander, a bit
+    that weighs wrong, a line of resistors and capacitors, an active filter, one that a part gets
+    past, one that discharges slowly, an amplifier with two rails, and a capacitor that keeps two
+    channels."""
     from scipy.special import erf
 
     x, codes = clean(13)
@@ -292,11 +293,14 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         pull = 6.0 * abs(x[k] - x[k - 1])
         drawn[k] = drawn[k - 1] + pull * (np.tanh(2.0 * (x[k] - 0.4)) - drawn[k - 1])
     elastic = np.expm1(0.8 * (codes - codes[0]) / 500.0)
-    worn, even = np.full((2, len(x)), x[0])
+    worn, even, loose = np.full((3, len(x)), x[0])
+    taut = np.maximum(x - 0.02, 0.0)
+    loose[0] = taut[0]
     for k, value in enumerate(x[1:], start=1):
         half = 0.03 * (1.0 + value)
         worn[k] = min(max(worn[k - 1], value - half), value + half)
         even[k] = min(max(even[k - 1], value - 0.03), value + 0.03)
+        loose[k] = min(max(loose[k - 1], taut[k] - 0.02), taut[k] + 0.02)
     index = np.arange(len(x))
     apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
     wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
@@ -324,9 +328,11 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ),
         ("backlash", sensed(worn)),
         ("backlash", sensed(0.75 * even + 0.25 * x)),
+        ("backlash", sensed(loose)),
         ("delay", runs_off),
         ("delay", runs_far),
         ("adc_nonlinearity", codes + 15.0 * (np.rint(codes).astype(int) >> 8 & 1)),
+        ("adc_nonlinearity", codes + 0.15 * (codes % 130.0)),
         ("lag", line),
         ("lag", coupled),
         ("lag", 0.85 * filtered(codes, 0.4) + 0.15 * codes),
@@ -401,6 +407,52 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert found["interference"].value == pytest.approx(6.9, abs=0.01)
     rest = cleaned(left, list(found.values()), motion)
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
+
+
+def test_spikes_with_a_tail_are_spikes() -> None:
+    """Which fall to a half in a quarter of a second, and would leave a wandering behind."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(12)
+    struck = (rng.random(len(codes)) < 0.006) * rng.choice([-1.0, 1.0], len(codes))
+    spikes = lfilter([1.0], [1.0, -(0.5**0.2)], struck * rng.uniform(15.0, 60.0, len(codes)))
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += spikes
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = findings(left, left, rng.normal(size=codes.shape), motion, False)
+    assert (found.name, found.channels) == ("spikes", (1,))
+    rest = cleaned(left, [found], motion)[:, 1]
+    assert rest.std() < 1.15
+    assert np.convolve(rest, np.ones(8) / 8.0, "same").std() < 0.7
+
+
+def test_neither_noise_that_varies_nor_an_edge_is_spiky() -> None:
+    """Noise six times as loud in fast moves; and jumps that come a moment late."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(13)
+    own, left = rng.normal(size=(2, *codes.shape))
+    fast = np.convolve(np.abs(np.gradient(x)), np.ones(20) / 20.0, "same")
+    left[:, 0] *= 1.0 + 5.0 * fast / fast.max()
+    jumps = np.flatnonzero(rng.random(len(codes)) < 0.01)
+    said = np.zeros(codes.shape)
+    said[:, 2] = 40.0 * (np.cumsum(np.bincount(jumps, minlength=len(codes))) % 2)
+    left[jumps, 2] += 40.0 * rng.choice([-1.0, 1.0], len(jumps))
+    motion = motion_of(x, 0.05, 0.0, None)
+    assert "spikes" not in {f.name for f in findings(left, left + said, own, motion, True)}
+    hurt = {f.name: f.channels for f in findings(left, left, own, motion, True)}
+    assert hurt["spikes"] == (2,)
+
+
+def test_a_low_harmonic_is_gone_with_its_tone() -> None:
+    """The fifth of 7.93 Hz folds down to 0.35 Hz, where motion is; the third is not there."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(14)
+    t = 0.05 * np.arange(len(codes))
+    left = rng.normal(size=codes.shape)
+    for order, size in ((1, 10.0), (2, 4.0), (5, 6.0)):
+        left[:, 3] += size * np.sin(2 * np.pi * order * 7.93 * t + order)
+    motion = motion_of(x, 0.05, 0.0, None)
+    rest = cleaned(left, [Finding("interference", (3,), 7.93, "")], motion)[:, 3]
+    assert rest.std() == pytest.approx(1.0, rel=0.05)
 
 
 def test_a_tone_that_was_heard_before_is_heard_again() -> None:

@@ -27,6 +27,8 @@ Result = TypeVar("Result")
 WEIGHT_PRICE = 12.0
 # Per sample: an effect of half the noise's size gains a quarter.
 EFFECT_PRICE = 0.25
+# So many times as much more for a second one: what an equation leaves that is only nearly right.
+SECOND_PRICE = 0.25
 # That is for what the nominal signal may be wrong by, not for chance: where the real noise is far
 # louder than the simulated one (by more than this factor of power), less.
 LOUD = 4.0
@@ -310,7 +312,7 @@ class Channel:
         else:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))
-            price += self.effect_price * count
+            price += self.effect_price * (count + SECOND_PRICE * max(count - 1, 0))
             share = EXACT_SHARE if self.exact(fit) else FORM_SHARE
             price += self._share_price(share, fit) * max(count - 1, 0)
         picks = [pick for pick in fit.picks if pick[0] != WALK]

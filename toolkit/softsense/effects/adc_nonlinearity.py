@@ -8,6 +8,8 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 
 # Taps of a converter's string of resistors, over the span of a signal.
 RUNGS = 12
+# The same for what is off in every step of a coarse converter.
+TEETH = 96
 # Bits that weigh enough to be seen when they are wrong.
 BITS = range(4, 12)
 # The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
@@ -39,7 +41,10 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
-        Candidate(_ladder(nominal), {}, "ladder", curved=True, pliable=True, largest=LARGEST),
+        Candidate(
+            _ladder(nominal, RUNGS), {}, "ladder", curved=True, pliable=True, largest=LARGEST
+        ),
+        Candidate(_ladder(nominal, TEETH), {}, "table", curved=True, pliable=True, largest=LARGEST),
         Candidate(_bits(nominal), {}, "bits", largest=LARGEST),
     ]
 
@@ -54,10 +59,10 @@ def _bits(nominal: Nominal) -> Floats:
     return np.asarray(set_ * moved * nominal.span)
 
 
-def _ladder(nominal: Nominal) -> Floats:
-    """(samples, RUNGS) what each of so many uneven resistors is too large by: straight between."""
-    at = np.clip(nominal.share, 0.0, 1.0) * (RUNGS - 1)
-    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(RUNGS)), 0.0) * nominal.span
+def _ladder(nominal: Nominal, rungs: int) -> Floats:
+    """(samples, rungs) what each of so many uneven resistors is too large by: straight between."""
+    at = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1)
+    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(rungs)), 0.0) * nominal.span
 
 
 EFFECT = Effect(
