@@ -159,16 +159,21 @@ def explain(nominal: Nominal) -> list[Candidate]:
     for form, made in sharp.items():
         name = "prandtl-ishlinskii" if form == "short" else form
         result += [Candidate(columns, {}, name) for columns in (*made, np.concatenate(made, 1))]
-    for base in (nominal.share, nominal.strain):
+    for base, played, slipped in zip(
+        (nominal.share, nominal.strain), sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True
+    ):
         relays = _preisach(base, nominal.keep) * nominal.span
         result.append(Candidate(relays, {}, "preisach", curved=True))
         for pull in (2.5, 5.0, 10.0, 20.0):
             columns = _duhem(base, pull)[nominal.keep] * nominal.span
             result.append(Candidate(columns[:, :4], {"pull": pull}, "duhem"))
             result.append(Candidate(columns, {"pull": pull}, "duhem", curved=True))
-    for played, slipped in zip(sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True):
         mixed = np.concatenate([played, slipped], axis=1)
         result.append(Candidate(mixed, {}, "prandtl-ishlinskii and dahl"))
+        # What is the same up and down a simulator may have been calibrated on.
+        curve = relays[:, -3:]
+        for form, part in (("dahl", slipped), ("prandtl-ishlinskii and dahl", mixed)):
+            result.append(Candidate(np.concatenate([part, curve], 1), {}, form, curved=True))
     return result
 
 
