@@ -27,12 +27,13 @@ Result = TypeVar("Result")
 WEIGHT_PRICE = 12.0
 # Per sample: an effect of half the noise's size gains a quarter.
 EFFECT_PRICE = 0.25
-# So many times as much more for a second one: what an equation leaves that is only nearly right.
-SECOND_PRICE = 0.25
 # That is for what the nominal signal may be wrong by, not for chance: where the real noise is far
 # louder than the simulated one (by more than this factor of power), less.
 LOUD = 4.0
 LEAST_GUARD = 0.15
+# So many times an effect's price more for a second one: what an equation leaves that is only nearly
+# right.
+SECOND_PRICE = 0.25
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005

@@ -405,7 +405,7 @@ def _sharp(signal: Floats, frequency: float, dt_s: float) -> bool:
 
 
 def _spikes(left: Floats, least: float = SPIKE_SIGMA) -> NDArray[np.bool_]:
-    """(samples,) whether a sample is ``least`` times the local noise from its neighbours.
+    """(samples,) whether a sample is ``least`` times the usual distance from its neighbours.
 
     None where many more are half as far: that is noise with heavy tails.
     """

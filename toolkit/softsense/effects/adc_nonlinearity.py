@@ -33,7 +33,7 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """A bow and an S over the converter's range, alone and together; uneven taps, and bits."""
+    """A bow and an S over the converter's range, alone and together; uneven taps, steps, bits."""
     q = np.pi * nominal.u / nominal.full_scale
     wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
     return [

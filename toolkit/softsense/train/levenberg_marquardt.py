@@ -73,7 +73,7 @@ class Weights:
         return out
 
     def outputs(self, hidden: Floats) -> Floats:
-        """Outputs (samples, outputs) where the tanh units put out ``hidden``."""
+        """Outputs (samples, outputs) for what ``hidden`` gave."""
         y: Floats = hidden @ np.column_stack([self.w2, self.b2]).T
         return y
 
@@ -82,7 +82,7 @@ class Weights:
         return self.outputs(self.hidden(x))
 
     def with_best_outputs(self, hidden: Floats, target: Floats, decay: float) -> Weights:
-        """The second layer that has least cost where the tanh units put out ``hidden``."""
+        """The second layer that has least cost for what ``hidden`` gave."""
         units = hidden.shape[1] - 1
         gram = dsyrk(1.0, hidden.T, lower=1)
         gram[np.diag_indices(units + 1)] += decay
