@@ -13,7 +13,13 @@ from scipy.signal import butter, lfilter
 import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose
-from softsense.diagnose.nominal import motion_of
+from softsense.diagnose.nominal import (
+    history_basis,
+    history_weights,
+    motion_of,
+    nominals,
+    reference_of,
+)
 from softsense.diagnose.variance import Finding, cleaned, findings, hums, jerky
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
@@ -540,6 +546,16 @@ def test_two_effects_are_both_named() -> None:
     both = hide(x, hide(x, codes, "drift"), "delay")
     result = diagnose(recorded(x, codes, 1), recorded(x, both, 2))
     assert set(result.effects) == {"drift", "delay"}
+
+
+@pytest.mark.parametrize("keep", [slice(None), slice(None, None, 3)])
+def test_a_channel_responds_as_the_history_of_the_motion_has_it(keep: slice) -> None:
+    x, codes = clean(50, 2000)
+    motion = motion_of(x, 1 / RATE_HZ, 0.0, None)
+    played = np.maximum(motion.strain - 0.1, 0.0)
+    said = history_basis(played, motion.dt_s) @ history_weights(codes, motion)
+    for channel, one in enumerate(nominals(codes, codes, motion, 12, reference_of(codes, motion))):
+        np.testing.assert_allclose(one.respond(played, keep), said[keep, channel], atol=1e-6)
 
 
 def test_the_diagnosed_effect_carries_over_to_another_motion() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
-from softsense.diagnose.design import Design, Entry, Fit, Group, Pick
+from softsense.diagnose.design import Design, Entry, Fit, Group, Pick, Term
 from softsense.diagnose.nominal import AVERAGED_NOISE
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import STAGES, Candidate, Effect, Nominal, all_effects
@@ -66,6 +66,8 @@ WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5
+# Of so many candidates what is near them is kept meanwhile.
+KEPT = 4
 # The stage whose effects act on each other: one circuit follows the other.
 ELECTRICAL = "electrical"
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
@@ -106,6 +108,7 @@ class Channel:
             effect = all_effects()[name]
             made = effect.explain(self._asked(effect, nominal)) if effect.explain else []
             found[name] = [self._entry(candidate, k) for k, candidate in enumerate(made)]
+        self._unchanged: dict[Hashable, list[Entry]] = {}
         self.gain = self._first_gain(history[self._thin])
         self._take(found)
 
@@ -155,42 +158,35 @@ class Channel:
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
+        columns: dict[str, list[Floats]] = {}
         static = self.static[self._thin]
-        columns = [np.ones(len(static)), *static.T]
-        begin = len(columns)
-        places: dict[int, int] = {}
+        base = [self.residual[self._thin], np.ones(len(static)), *static.T]
+        begin = len(base)
         self.entries: dict[str, list[Entry]] = {}
         for name, entries in found.items():
+            places: dict[int, int] = {}
+            own: list[Floats] = []
             for entry in entries:
                 at = []
                 for column in entry.candidate.columns.T:
                     key = hash(column.tobytes())
                     if key not in places:
-                        places[key] = begin + len(places)
-                        columns.append(column)
+                        places[key] = begin + len(own)
+                        own.append(column)
                     at.append(places[key])
                 self.entries.setdefault(name, []).append(replace(entry, at=tuple(at)))
-        columns.append(self.residual[self._thin])
+            begin += len(own)
+            columns[name] = own
         self.groups = {name: Group(entries) for name, entries in self.entries.items()}
-        self.design = Design(np.stack(columns).T)
+        self.design = Design(base, columns, self.groups)
+        # How effects show beside a walk: what the past does not foresee of them.
+        self.walking = Design(base, columns, self.groups, self.gain)
         self.samples = self.design.samples
-        self._columns = columns
-        self._walking: Design | None = None
-        self._walk_alone = Design(self._unforeseen([*columns[:begin], columns[-1]]))
+        squares = float(self.design.squares.sum()) / self.sigma**2
+        # Squares of the residual beyond the noise, over its variance.
+        self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self._best: dict[frozenset[str], Fit] = {}
-
-    @property
-    def walking(self) -> Design:
-        """Inner products of what the past does not foresee: how effects show beside a walk.
-
-        Made when it is first asked for: where something else says the gap, it never is.
-        """
-        if self._walking is None:
-            self._walking = Design(self._unforeseen(self._columns))
-        return self._walking
-
-    def _unforeseen(self, columns: Sequence[Floats]) -> Floats:
-        return innovations(np.stack(columns).T, self.gain)
+        self._within: dict[frozenset[str], Fit] = {}
 
     def zoom(self, chosen: Iterable[Pick]) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else."""
@@ -268,7 +264,10 @@ class Channel:
             if acts_on_change(name, stage):
                 stage = all_effects()[name].stage
                 codes[:, self.nominal.channel] = self.nominal.u + change
-            made[name] = self._upon(replace(self.nominal, codes=codes.copy()), name, number)
+            if change.any():
+                made[name] = self._upon(replace(self.nominal, codes=codes.copy()), name, number)
+            else:
+                made[name] = self._once_more(name, number)
             change += said[name]
         trial = copy(self)
         trial._take(made)
@@ -284,6 +283,16 @@ class Channel:
             for k, candidate in enumerate(effect.zoom(self._asked(effect, nominal), near)):
                 result.append(replace(self._entry(candidate, k, near), nominal=nominal))
         return result
+
+    def _once_more(self, name: str, number: int) -> list[Entry]:
+        """The same where nothing has changed the nominal signal."""
+        entry = self.entries[name][number]
+        key = name, entry.number, *(entry.near or {}).items()
+        if key not in self._unchanged:
+            while len(self._unchanged) >= KEPT:
+                del self._unchanged[next(iter(self._unchanged))]
+            self._unchanged[key] = self._upon(self.nominal, name, number)
+        return self._unchanged[key]
 
     def columns(self, pick: Pick) -> Floats:
         """(samples, p) of a candidate, at the full rate."""
@@ -308,7 +317,7 @@ class Channel:
             price += self.effect_price * beside_walk(len(fit.picks) - 1)
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
             if len(fit.picks) > 1:
-                moves = float(self.walking.total[-1, -1]) / self.sigma**2
+                moves = float(self.walking.squares.sum()) / self.sigma**2
                 price += FORM_SHARE * max(moves - self.samples, 0.0) * (len(fit.picks) - 1)
         else:
             # Parts that cancel are as good as one effect more.
@@ -349,14 +358,6 @@ class Channel:
         """What an effect costs, whatever its columns are."""
         return EFFECT_PRICE * self.guard * self.samples
 
-    @property
-    def excess(self) -> float:
-        """Squares of the residual beyond the noise, over its variance."""
-        if self.quiet:
-            return 0.0
-        squares = float(self.design.total[-1, -1])
-        return max(squares / self.sigma**2 - self.samples, 0.0)
-
     def fit(self, picks: Iterable[Pick]) -> Fit:
         """The cheapest of the picks with no static miscalibration, an offset, or a curve."""
         ordered = tuple(picks)
@@ -366,34 +367,25 @@ class Channel:
         return 0, 1, self.static.shape[1]
 
     def _fit(self, picks: tuple[Pick, ...], static: int) -> Fit:
-        # The static columns stand first in all tables.
-        design = self._walk_alone if picks == ((WALK, 0),) else self._design(picks)
-        errors, weights = design.fit(*self._indices(picks, static))
+        errors, weights = self._design(picks).fit(self._terms(picks), static)
         return Fit(picks, errors, weights[static:], weights[:static] if static else None)
 
     def _design(self, picks: Sequence[Pick]) -> Design:
         return self.walking if (WALK, 0) in picks else self.design
 
-    def _indices(self, picks: Sequence[Pick], static: int) -> tuple[list[int], list[int], Floats]:
-        """Columns that are free, columns of weight 1, and how stiff the free ones are held at 0."""
-        # The offset stands before the curve, which includes it.
-        free = [0] if static == 1 else list(range(1, 1 + static))
-        fixed: list[int] = []
-        stiff = [0.0] * len(free)
+    def _terms(self, picks: Sequence[Pick]) -> list[Term]:
+        """The candidates ``picks`` as terms of a fit."""
+        result = []
         for name, number in picks:
             if name == WALK:
                 continue
             entry = self.entries[name][number]
-            if not entry.candidate.fixed:
-                free.extend(entry.at)
-                stiff.extend([0.0] * entry.width)
-                continue
-            fixed.extend(entry.at)
-            if len(picks) > 1:
+            fixed, stiff = entry.candidate.fixed, 0.0
+            if fixed:
                 # Another effect changes what this one acts on, and so its weight of 1.
-                free.extend(entry.at)
-                stiff.append((self.sigma / LEEWAY) ** 2)
-        return free, fixed, np.array(stiff)
+                stiff = (self.sigma / LEEWAY) ** 2 if len(picks) > 1 else np.inf
+            result.append(Term(name, entry.at, fixed, stiff))
+        return result
 
     def best(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with exactly the effects ``names``, one candidate of each.
@@ -468,7 +460,7 @@ class Channel:
         if name == WALK:
             return 0
         group = self.groups[name]
-        gained, error = self._design(picks).gains(*self._indices(picks, static), group)
+        gained, error = self._design(picks).gains(self._terms(picks), static, name)
         gains: Floats = gained / self.sigma**2
         share: Floats = np.full(len(gains), CURVED_SHARE * self.excess)
         if (WALK, 0) not in picks:
@@ -482,9 +474,11 @@ class Channel:
 
     def within(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with any of the effects ``names``, or none."""
-        fits = [self.best(names)]
-        fits += [self.within(names - {name}) for name in names]
-        return min(fits, key=self.price)
+        if names not in self._within:
+            fits = [self.best(names)]
+            fits += [self.within(names - {name}) for name in names]
+            self._within[names] = min(fits, key=self.price)
+        return self._within[names]
 
     def interval(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
         """The parameter ``key`` of the effect ``name`` in a fit, and its 95 % interval.

@@ -1,19 +1,22 @@
-"""All traces that effects could leave in one channel, as products of columns per block of time.
+"""All traces that effects could leave in one channel, as inner products of columns.
 
 The search compares thousands of models of a channel. Each is a least-squares fit on some columns,
-and all that a fit needs are inner products: they are taken once, per block of time, so that a
-model's error on blocks that its fit has not seen costs no more than a small linear solve.
+and all that a fit needs are inner products. To choose a candidate beside others takes those over
+the whole time, of one effect's columns with another's: each such tile is made when it is first
+asked for. A model's error on blocks of time that its fit has not seen takes those per block, of
+the few columns that were chosen.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations_with_replacement
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import solve_triangular
 
+from softsense.diagnose.walk import innovations
 from softsense.effects import Candidate, Nominal
 from softsense.effects.operators import compiled
 
@@ -21,7 +24,10 @@ Floats = NDArray[np.float64]
 Pick = tuple[str, int]
 
 BLOCKS = 12
+# The residual, an offset and the static curve, which stand before all effects.
+BASE = ""
 _RIDGE = 1e-7
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,20 @@ class Entry:
         """How many columns."""
         width: int = self.candidate.columns.shape[1]
         return width
+
+
+@dataclass(frozen=True)
+class Term:
+    """A candidate in a fit: its effect, and the columns ``at`` of the table.
+
+    ``fixed``: taken with a weight of 1, which may deviate where ``stiff`` is finite: that is what
+    the square of the deviation costs.
+    """
+
+    name: str
+    at: tuple[int, ...]
+    fixed: bool = False
+    stiff: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -79,94 +99,295 @@ class Group:
 
 
 class Design:
-    """Inner products of one channel's residual, static curve and candidates, per block of time."""
+    """Inner products of one channel's residual, static curve and effects' columns."""
 
-    def __init__(self, table: Floats) -> None:
-        """``table`` (samples, p): last the residual."""
-        self.samples = len(table)
-        self.grams = np.empty((BLOCKS, table.shape[1], table.shape[1]))
-        for part, gram in zip(np.array_split(table, BLOCKS), self.grams, strict=True):
-            np.matmul(part.T, part, out=gram)
-        squares = np.einsum("bii->i", self.grams)
-        self.scale = np.sqrt(squares / self.samples) + 1e-12
-        self.scale[-1] = 1.0
-        # Columns of size 1 from here on; the residual keeps its own.
-        self.grams /= self.scale[:, None] * self.scale
-        self.total = self.grams.sum(axis=0)
-        self.y = table.shape[1] - 1
+    def __init__(
+        self,
+        base: Sequence[Floats],
+        effects: Mapping[str, Sequence[Floats]] | None = None,
+        groups: Mapping[str, Group] | None = None,
+        gain: float | None = None,
+    ) -> None:
+        """``base``: columns (samples,), first the residual, and then those of each of ``effects``;
+        a column's number counts through. ``groups``: the effects' candidates. ``gain``: of a walk,
+        whose innovations all are."""
+        self._parts = {BASE: base, **(effects or {})}
+        self._groups, self._gain = groups or {}, gain
+        ends = np.cumsum([len(part) for part in self._parts.values()])
+        begins = [0, *ends[:-1]]
+        self._spans = dict(zip(self._parts, map(slice, begins, ends), strict=True))
+        self.samples = len(base[0])
+        # Memory that is never written takes no room.
+        self._rows = np.empty((ends[-1], self.samples))
+        self._total = np.empty((ends[-1], ends[-1]))
+        self.scale = np.empty(ends[-1])
+        self._laid: set[str] = set()
+        self._multiplied: set[tuple[str, str]] = set()
+        self._ready: set[tuple[str, ...]] = set()
+        self._tiles: dict[tuple[tuple[int, ...], tuple[int, ...]], Floats] = {}
+        self._grams: dict[tuple[tuple[int, ...], ...], Floats] = {}
+        self._base = tuple(range(len(base)))
+        # The residual stands first, and the offset before the curve, which includes it.
+        self._static = {0: [], 1: [1], len(base) - 2: list(range(2, len(base)))}
+        self._lay(BASE)
 
-    def fit(
-        self, free: Sequence[int], fixed: Sequence[int], stiff: Floats
-    ) -> tuple[Floats, Floats]:
+    def _lay(self, name: str) -> None:
+        """Write the rows of an effect: of size 1 from here on; the residual keeps its own."""
+        if name in self._laid:
+            return
+        self._laid.add(name)
+        span, rows = self._spans[name], np.stack(self._parts[name])
+        if self._gain is not None:
+            rows = innovations(rows.T, self._gain).T
+        scale = np.sqrt(np.einsum("ij,ij->i", rows, rows) / self.samples) + 1e-12
+        if name == BASE:
+            scale[0] = 1.0
+        self.scale[span] = scale
+        np.divide(rows, scale[:, None], out=self._rows[span])
+
+    def _multiply(self, first: str, second: str) -> None:
+        """See to it that the products of two effects' columns are there.
+
+        Of one effect, those of a candidate's columns with each other.
+        """
+        if (first, second) in self._multiplied:
+            return
+        self._multiplied |= {(first, second), (second, first)}
+        a, b = self._spans[first], self._spans[second]
+        self._lay(first)
+        self._lay(second)
+        if first == second != BASE:
+            group = self._groups[first]
+            _own_products(self._rows, group.columns, group.begins, self._total)
+            return
+        self._total[a, b] = self._rows[a] @ self._rows[b].T
+        self._total[b, a] = self._total[a, b].T
+
+    def _per_block(self, first: tuple[int, ...], second: tuple[int, ...]) -> Floats:
+        """(blocks, n, m) products of the columns ``first`` with ``second``."""
+        if (first, second) not in self._tiles:
+            a, b = np.array(first, dtype=np.intp), np.array(second, dtype=np.intp)
+            self._tiles[first, second] = _block_products(self._rows, a, b, BLOCKS)
+        return self._tiles[first, second]
+
+    @property
+    def squares(self) -> Floats:
+        """(blocks,) squares of the residual."""
+        squares: Floats = self._per_block((0,), (0,))[:, 0, 0]
+        return squares
+
+    def _index(self, terms: Sequence[Term], static: int) -> tuple[NDArray[np.intp], Floats, Floats]:
+        """Columns, the signs of the last of them (fixed ones, the residual), and what the square of
+        the others' weights costs."""
+        free, stiff = self._static[static], [0.0] * len(self._static[static])
+        fixed: list[int] = []
+        for term in terms:
+            if term.fixed:
+                fixed.extend(term.at)
+            if term.stiff < np.inf:
+                free = [*free, *term.at]
+                stiff += [term.stiff] * len(term.at)
+        # Columns are scaled; a fixed one has a weight of 1 before it was scaled.
+        signs = np.array([*(-self.scale[column] for column in fixed), 1.0])
+        ridge: Floats = np.array(stiff) / self.scale[free] ** 2 + _RIDGE * self.samples
+        return np.array([*free, *fixed, 0], dtype=np.intp), signs, ridge
+
+    def fit(self, terms: Sequence[Term], static: int = 0) -> tuple[Floats, Floats]:
         """Squared errors (blocks,) where the fit has not seen the block; weights of the whole.
 
-        ``fixed`` columns are taken with a weight of 1. ``stiff`` (free,): what a free weight's
-        square costs, for what may only deviate a little.
+        ``static``: 0, 1 for an offset, or how many columns the static curve has.
         """
-        width = len(free)
-        target = np.array([*fixed, self.y], dtype=np.intp)
-        # Columns are scaled; a fixed one has a weight of 1 before it was scaled.
-        signs = np.append(-self.scale[list(fixed)], 1.0)
-        index = np.concatenate([np.array(free, dtype=np.intp), target])
-        sub = self.grams[:, index[:, None], index]
-        squares: Floats = signs @ sub[:, width:, width:] @ signs
-        if width == 0:
-            return squares, np.zeros(0)
-        grams, sides = sub[:, :width, :width], sub[:, :width, width:] @ signs
-        ridge = self._ridge(free, stiff)
-        gram, side = grams.sum(axis=0), sides.sum(axis=0)
-        weights = np.linalg.solve(gram - grams + ridge, (side - sides)[..., None])[..., 0]
-        error = squares - 2.0 * (weights * sides).sum(axis=1)
-        error += ((grams @ weights[..., None])[..., 0] * weights).sum(axis=1)
-        whole = np.linalg.solve(gram + ridge, side)
-        return error, whole / self.scale[index[:width]]
+        for term in terms:
+            self._lay(term.name)
+        parts = (self._base, *(term.at for term in terms))
+        if parts not in self._grams:
+            self._grams[parts] = self._assembled(parts)
+        index, signs, ridge = self._index(terms, static)
+        place = {column: k for k, column in enumerate(sum(parts, ()))}
+        at = np.array([place[c] for c in index.tolist()], dtype=np.intp)
+        errors, whole = _unseen(self._grams[parts], at, signs, ridge)
+        return errors, whole / self.scale[index[: len(ridge)]]
 
-    def _ridge(self, free: Sequence[int], stiff: Floats) -> Floats:
-        ridge: Floats = np.diag(stiff / self.scale[list(free)] ** 2 + _RIDGE * self.samples)
-        return ridge
+    def _assembled(self, parts: Sequence[tuple[int, ...]]) -> Floats:
+        """(blocks, n, n) products of all columns of ``parts``."""
+        ends = np.cumsum([len(part) for part in parts])
+        spans = [slice(end - len(part), end) for part, end in zip(parts, ends, strict=True)]
+        grams = np.empty((BLOCKS, ends[-1], ends[-1]))
+        for (first, a), (second, b) in combinations_with_replacement(
+            zip(parts, spans, strict=True), 2
+        ):
+            tile = self._per_block(first, second)
+            grams[:, a, b] = tile
+            grams[:, b, a] = tile.transpose(0, 2, 1)
+        return grams
 
-    def gains(
-        self, free: Sequence[int], fixed: Sequence[int], stiff: Floats, group: Group
-    ) -> tuple[Floats, float]:
-        """(candidates,) by how much each lowers the fit's squared error, on the time it saw; and
-        that error."""
-        total, known, sizes = self.total, list(fixed), self.scale[list(fixed)]
-        side = total[self.y] - sizes @ total[known]
-        error = float(side[self.y] - sizes @ side[known])
-        wanted = group.columns
-        if len(free):
-            index = np.array(free, dtype=np.intp)
-            gram = total[index[:, None], index] + self._ridge(free, stiff)
-            root = np.linalg.cholesky(gram)
-            sides = np.column_stack([total[index[:, None], wanted], side[index]])
-            said = solve_triangular(root, sides, lower=True, check_finite=False)
-            above = np.ascontiguousarray(said[:, :-1].T)
-            rest = side[wanted] - above @ said[:, -1]
-            error -= float(said[:, -1] @ said[:, -1])
-        else:
-            above, rest = np.zeros((len(wanted), 1)), side[wanted]
+    def gains(self, terms: Sequence[Term], static: int, wanted: str) -> tuple[Floats, float]:
+        """(candidates,) of the effect ``wanted``: by how much each lowers the fit's squared error,
+        on the time it saw; and that error.
+
+        ``terms`` and ``static`` as those of ``fit``.
+        """
+        there = (BASE, *(term.name for term in terms), wanted)
+        if there not in self._ready:
+            for two in combinations_with_replacement(there, 2):
+                self._multiply(*two)
+            self._ready.add(there)
+        group = self._groups[wanted]
         # What a fixed candidate's column is scaled by, and 0 for the free ones.
-        sizes = np.where(group.fixed, self.scale[wanted[group.begins[:-1]]], 0.0)
-        ridge = 10.0 * _RIDGE * self.samples
-        result: Floats = _each_gain(total, wanted, group.begins, above, rest, sizes, ridge)
-        return result, error
+        sizes = np.where(group.fixed, self.scale[group.columns[group.begins[:-1]]], 0.0)
+        index, signs, ridge = self._index(terms, static)
+        more = 10.0 * _RIDGE * self.samples
+        result: tuple[Floats, float] = _each_gain(
+            self._total, index, signs, ridge, group.columns, group.begins, sizes, more
+        )
+        return result
+
+
+@compiled
+def _block_products(
+    rows: Floats, first: NDArray[np.intp], second: NDArray[np.intp], blocks: int
+) -> Floats:
+    """(blocks, n, m) products of the rows ``first`` with ``second``."""
+    result = np.empty((blocks, len(first), len(second)))
+    size, more = divmod(rows.shape[1], blocks)
+    for b in range(blocks):
+        begin, end = b * size + min(b, more), (b + 1) * size + min(b + 1, more)
+        for i in range(len(first)):
+            for j in range(len(second)):
+                one, other = rows[first[i], begin:end], rows[second[j], begin:end]
+                result[b, i, j] = np.dot(one, other)
+    return result
+
+
+@compiled
+def _own_products(
+    rows: Floats, columns: NDArray[np.intp], begins: NDArray[np.intp], total: Floats
+) -> None:
+    """Write the products of each entry's ``rows`` with each other into ``total``."""
+    for e in range(len(begins) - 1):
+        own = columns[begins[e] : begins[e + 1]]
+        for i in range(len(own)):
+            for j in range(i, len(own)):
+                total[own[i], own[j]] = total[own[j], own[i]] = np.dot(rows[own[i]], rows[own[j]])
+
+
+@compiled
+def _factor(gram: Floats) -> Floats:
+    """The lower triangle whose product with its transpose is ``gram`` (n, n)."""
+    root = np.zeros_like(gram)
+    for i in range(len(gram)):
+        for j in range(i + 1):
+            product = gram[i, j]
+            for k in range(j):
+                product -= root[i, k] * root[j, k]
+            if i == j:
+                # Rounding may leave less than nothing of columns that are nearly one.
+                root[i, i] = np.sqrt(max(product, _ROUNDING * gram[i, i]))
+            else:
+                root[i, j] = product / root[j, j]
+    return root
+
+
+@compiled
+def _forward(root: Floats, side: Floats) -> Floats:
+    """(n,) whose product with the lower triangle ``root`` is ``side``."""
+    said = side.copy()
+    for i in range(len(side)):
+        for j in range(i):
+            said[i] -= root[i, j] * said[j]
+        said[i] /= root[i, i]
+    return said
+
+
+@compiled
+def _unseen(
+    grams: Floats, at: NDArray[np.intp], signs: Floats, ridge: Floats
+) -> tuple[Floats, Floats]:
+    """Squared errors (blocks,) on each block of a fit on all others, and the weights of all.
+
+    Of the columns ``at`` the first are free, with a ``ridge`` each, and the others' sum, signed by
+    ``signs``, is what is fitted.
+    """
+    blocks, free = len(grams), len(ridge)
+    gram, side = np.zeros((blocks + 1, free, free)), np.zeros((blocks + 1, free))
+    errors = np.zeros(blocks)
+    for b in range(blocks):
+        block = grams[b]
+        for i in range(len(signs)):
+            for j in range(len(signs)):
+                errors[b] += signs[i] * signs[j] * block[at[free + i], at[free + j]]
+        for i in range(free):
+            for j in range(free):
+                gram[b, i, j] = block[at[i], at[j]]
+            for j in range(len(signs)):
+                side[b, i] += block[at[i], at[free + j]] * signs[j]
+        gram[blocks] += gram[b]
+        side[blocks] += side[b]
+    for i in range(free):
+        gram[blocks, i, i] += ridge[i]
+    for b in range(blocks):
+        weights = _solved(gram[blocks] - gram[b], side[blocks] - side[b])
+        for i in range(free):
+            errors[b] -= 2.0 * weights[i] * side[b, i]
+            for j in range(free):
+                errors[b] += weights[i] * gram[b, i, j] * weights[j]
+    return errors, _solved(gram[blocks], side[blocks])
+
+
+@compiled
+def _solved(gram: Floats, side: Floats) -> Floats:
+    """Weights (n,) whose product with ``gram`` is ``side``."""
+    root = _factor(gram)
+    weights: Floats = _forward(root, side)
+    for i in range(len(side) - 1, -1, -1):
+        for j in range(i + 1, len(side)):
+            weights[i] -= root[j, i] * weights[j]
+        weights[i] /= root[i, i]
+    return weights
 
 
 @compiled
 def _each_gain(
     total: Floats,
+    index: NDArray[np.intp],
+    signs: Floats,
+    ridge: Floats,
     columns: NDArray[np.intp],
     begins: NDArray[np.intp],
-    above: Floats,
-    rest: Floats,
     sizes: Floats,
-    ridge: float,
-) -> Floats:
-    """(entries,) squares that each entry's columns explain of ``rest``, by their Cholesky factor.
+    more: float,
+) -> tuple[Floats, float]:
+    """(entries,) squares that each entry's columns explain beside a fit; and what the fit leaves.
 
-    Entry ``e`` has the columns ``begins[e]`` … ``begins[e + 1]`` of ``columns``; of their products
-    (``total``) those of ``above`` are taken off, which say what other columns explain already.
+    Of the columns ``index`` the first are free, with a ``ridge`` each, and the others' sum, signed
+    by ``signs``, is what is fitted. Entry ``e`` has the columns ``begins[e]`` … ``begins[e + 1]``
+    of ``columns``, with the ridge ``more``, or where ``sizes`` has one is fixed at that size.
     """
+    free = len(ridge)
+    gram, side, error = np.empty((free, free)), np.zeros(free), 0.0
+    for i in range(len(signs)):
+        for j in range(len(signs)):
+            error += signs[i] * signs[j] * total[index[free + i], index[free + j]]
+    for i in range(free):
+        for j in range(free):
+            gram[i, j] = total[index[i], index[j]]
+        gram[i, i] += ridge[i]
+        for j in range(len(signs)):
+            side[i] += total[index[i], index[free + j]] * signs[j]
+    root = _factor(gram)
+    said = _forward(root, side)
+    error -= (said**2).sum()
+    # What the fit says of each column is taken off.
+    above, rest = np.empty((len(columns), free)), np.zeros(len(columns))
+    for c in range(len(columns)):
+        for j in range(len(signs)):
+            rest[c] += total[index[free + j], columns[c]] * signs[j]
+        for i in range(free):
+            part = total[index[i], columns[c]]
+            for k in range(i):
+                part -= root[i, k] * above[c, k]
+            above[c, i] = part / root[i, i]
+            rest[c] -= above[c, i] * said[i]
     result = np.empty(len(begins) - 1)
     for e in range(len(result)):
         first, width = begins[e], begins[e + 1] - begins[e]
@@ -174,25 +395,12 @@ def _each_gain(
             square = total[columns[first], columns[first]] - (above[first] ** 2).sum()
             result[e] = 2.0 * rest[first] * sizes[e] - square * sizes[e] ** 2
             continue
-        root = np.empty((width, width))
-        said = np.empty(width)
-        gain = 0.0
+        inner = np.empty((width, width))
         for i in range(width):
-            for j in range(i + 1):
+            for j in range(width):
                 product = total[columns[first + i], columns[first + j]]
-                for k in range(above.shape[1]):
+                for k in range(free):
                     product -= above[first + i, k] * above[first + j, k]
-                for k in range(j):
-                    product -= root[i, k] * root[j, k]
-                if i == j:
-                    # Rounding may leave less than nothing of columns that are nearly one.
-                    root[i, i] = np.sqrt(max(product + ridge, 0.1 * ridge))
-                else:
-                    root[i, j] = product / root[j, j]
-            said[i] = rest[first + i]
-            for k in range(i):
-                said[i] -= root[i, k] * said[k]
-            said[i] /= root[i, i]
-            gain += said[i] ** 2
-        result[e] = gain
-    return result
+                inner[i, j] = product + more if i == j else product
+        result[e] = (_forward(_factor(inner), rest[first : first + width]) ** 2).sum()
+    return result, error

@@ -7,14 +7,18 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import BSpline
+from scipy.interpolate import BSpline, PPoly
 
 from softsense.effects import Nominal, Reference
-from softsense.effects.operators import low_pass, play
+from softsense.effects.operators import compiled, first_order_hold, low_pass, play
 
 Floats = NDArray[np.float64]
 KNOTS = 16
-ALL = slice(None)
+# What of the history of the strain shows in a sensor: how fast it relaxes, how fast what a rate
+# breaks comes back, and the widths of its loops.
+RELAXING_S = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+BROKEN_S = (0.1, 0.5, 2.0)
+WIDTHS = np.array([0.03, 0.1, 0.3, 0.6])
 # Weights of the average over two thirds of a second, and the share of white noise that it keeps.
 AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
 AVERAGED_NOISE = float((AVERAGE**2).sum())
@@ -92,28 +96,22 @@ def noise_rms(signal: Floats) -> Floats:
 
 def history_basis(x: Floats, dt_s: float) -> Floats:
     """(samples, columns) a static curve of the strain, and what mechanisms make of its history."""
-    return np.concatenate([spline_basis(x), *history_parts(x, dt_s)], axis=1)
+    largest = np.maximum.accumulate(x)[:, None]
+    return np.concatenate([spline_basis(x), *history_groups(x, dt_s).values(), largest], axis=1)
 
 
-def history_parts(x: Floats, dt_s: float, keep: slice = ALL) -> list[Floats]:
-    """``history_basis`` behind its static curve, mechanism by mechanism."""
-    return [*history_groups(x, dt_s, keep).values(), np.maximum.accumulate(x)[keep, None]]
-
-
-def history_groups(x: Floats, dt_s: float, keep: slice = ALL) -> dict[str, Floats]:
-    """(kept samples, columns) by mechanism: relaxing parts, play, and the filtered rate."""
-    taus = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
+def history_groups(x: Floats, dt_s: float) -> dict[str, Floats]:
+    """(samples, columns) by mechanism: relaxing parts, play, and the filtered rate."""
     relaxing = [
-        low_pass(signal[:, None], dt_s, np.array([tau]), None)[0][keep]
+        low_pass(signal[:, None], dt_s, np.array([tau]), None)[0]
         for signal in (x, x**2)
-        for tau in taus
+        for tau in RELAXING_S
     ]
-    widths = np.array([0.03, 0.1, 0.3, 0.6])
     speed = np.abs(np.gradient(x))[:, None] / dt_s
-    broken = [low_pass(speed, dt_s, np.array([tau]), None)[0][keep] for tau in (0.1, 0.5, 2.0)]
+    broken = [low_pass(speed, dt_s, np.array([tau]), None)[0] for tau in BROKEN_S]
     return {
         "relaxation": np.concatenate(relaxing, axis=1),
-        "hysteresis": play(np.repeat(x[:, None], 4, axis=1), widths, np.full(4, x[0]))[keep],
+        "hysteresis": play(np.repeat(x[:, None], 4, axis=1), WIDTHS, np.full(4, x[0])),
         "overshoot": np.concatenate(broken, axis=1),
     }
 
@@ -149,32 +147,82 @@ def reference_of(codes: Floats, motion: Motion) -> Reference:
     )
 
 
+@compiled
+def _said(
+    strain: Floats,
+    dt_s: float,
+    step: int,
+    curve: Floats,
+    relaxing: Floats,
+    broken: Floats,
+    widths: Floats,
+    weights: Floats,
+) -> Floats:
+    """``history_basis`` of ``strain`` times its weights at every ``step``-th sample, in one pass.
+
+    ``curve`` (4, pieces): the static part as cubics. ``relaxing``, ``broken`` (filters, 3): their
+    coefficients. ``weights``: of the columns behind the static curve.
+    """
+    samples, slow, fast, pieces = len(strain), len(relaxing), len(broken), curve.shape[1]
+    at_play, at_rate = 2 * slow, 2 * slow + len(widths)
+    parts = np.empty(at_rate + fast + 1)
+    parts[:slow], parts[slow:at_play], parts[at_play:at_rate] = strain[0], strain[0] ** 2, strain[0]
+    before, largest = strain[0], strain[0]
+    speed = abs(strain[min(1, samples - 1)] - strain[0]) / dt_s
+    parts[at_rate:] = speed
+    said = np.empty((samples - 1) // step + 1)
+    for k in range(samples):
+        x, speed_before = strain[k], speed
+        ahead, behind = min(k + 1, samples - 1), max(k - 1, 0)
+        speed = abs(strain[ahead] - strain[behind]) / (max(ahead - behind, 1) * dt_s)
+        for f in range(slow):
+            a, b0, b1 = relaxing[f]
+            parts[f] = a * parts[f] + b0 * x + b1 * before
+            parts[slow + f] = a * parts[slow + f] + b0 * x**2 + b1 * before**2
+        for f in range(len(widths)):
+            half = 0.5 * widths[f]
+            parts[at_play + f] = min(max(parts[at_play + f], x - half), x + half)
+        for f in range(fast):
+            a, b0, b1 = broken[f]
+            parts[at_rate + f] = a * parts[at_rate + f] + b0 * speed + b1 * speed_before
+        before, largest = x, max(largest, x)
+        if k % step == 0:
+            inside = min(max(x, 0.0), 1.0 - 1e-12)
+            piece = int(inside * pieces)
+            past = inside - piece / pieces
+            total = curve[0, piece]
+            for power in range(1, 4):
+                total = total * past + curve[power, piece]
+            parts[-1] = largest
+            for f in range(len(parts)):
+                total += weights[f] * parts[f]
+            said[k // step] = total
+    return said
+
+
 def nominals(
     codes: Floats, heard: Floats, motion: Motion, bits: int, reference: Reference
 ) -> list[Nominal]:
     """One ``Nominal`` per channel of noiseless ``codes``, which read ``heard`` in truth."""
     weights = history_weights(codes, motion)
-    known: dict[tuple[bytes, int | None], Floats] = {}
-    curve = BSpline(_knots(KNOTS), weights[: KNOTS + 2], 3)
-
-    def said_of(strain: Floats, keep: slice) -> Floats:
-        """``history_basis`` times its weights, without the table of the splines."""
-        said: Floats = curve(np.clip(strain[keep], 0.0, 1.0 - 1e-12))
-        at = KNOTS + 2
-        for part in history_parts(strain, motion.dt_s, keep):
-            said += part @ weights[at : at + part.shape[1]]
-            at += part.shape[1]
-        return said
-
-    def all_channels(strain: Floats, keep: slice) -> Floats:
-        # Channels ask for the same strains one after the other.
-        key = strain.tobytes(), keep.step
-        if key not in known:
-            known[key] = said_of(strain, keep)
-        return known[key]
+    relaxing, broken = (
+        np.array([first_order_hold(motion.dt_s, tau) for tau in taus])
+        for taus in (RELAXING_S, BROKEN_S)
+    )
 
     def respond_of(channel: int) -> Callable[[Floats, slice], Floats]:
-        return lambda strain, keep: all_channels(strain, keep)[:, channel]
+        static, history = np.split(np.ascontiguousarray(weights[:, channel]), [KNOTS + 2])
+        # Cubics of the distance from the knot before; none are between knots that coincide.
+        curve = PPoly.from_spline(BSpline(_knots(KNOTS), static, 3)).c[:, 3:-3].copy()
+
+        def respond(strain: Floats, keep: slice) -> Floats:
+            step = keep.step or 1
+            said: Floats = _said(
+                strain, motion.dt_s, step, curve, relaxing, broken, WIDTHS, history
+            )
+            return said
+
+        return respond
 
     return [
         Nominal(

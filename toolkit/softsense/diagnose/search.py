@@ -122,9 +122,7 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     several = without[:COMPOSED] + [made for made in pairs if WALK in made.names][:COMPOSED_WALKS]
     several += [made for made in fine if len(made.names) == 1 and WALK not in made.names][:REFINED]
     rest = [made for made in fine if made not in several]
-    return _walk_last(
-        channels, _by_price([*rest, *(_composed(channels, made) for made in several)])
-    )
+    return _walk_last(channels, _by_price([*rest, *_composed(channels, several)]))
 
 
 def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
@@ -140,15 +138,20 @@ def _left(channels: Sequence[Channel], made: Model) -> float:
     return sum(c.left(fit) for c, fit in zip(channels, made.fits, strict=True))
 
 
-def _composed(channels: Sequence[Channel], made: Model) -> Model:
-    fits = tuple(c.composed(fit, made.names) for c, fit in zip(channels, made.fits, strict=True))
-    return _priced(channels, fits)
+def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Model]:
+    """``several`` where every stage acts on what the stages before have done."""
+
+    def compose(number: int) -> list[Fit]:
+        return [channels[number].composed(made.fits[number], made.names) for made in several]
+
+    by_channel = all_at_once(compose, range(len(channels)))
+    return [_priced(channels, fits) for fits in zip(*by_channel, strict=True)]
 
 
 def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     names = sorted(known)
-    none = model(channels, frozenset())
-    singles = _by_price(model(channels, frozenset({name})) for name in names)
+    none, *singles = _made(channels, [frozenset(), *(frozenset({name}) for name in names)])
+    singles = _by_price(singles)
     twos = [
         frozenset(two)
         for two in combinations(names, 2)
@@ -167,6 +170,12 @@ def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     return _by_price([none, *singles, *pairs, *triples])
 
 
+def _made(channels: Sequence[Channel], several: Sequence[Names]) -> list[Model]:
+    """The models of ``several``, channel by channel on all cores."""
+    all_at_once(lambda channel: [channel.within(names) for names in several], channels)
+    return [model(channels, names) for names in several]
+
+
 def _promising(
     channels: Sequence[Channel], several: Sequence[Names], known: Sequence[Model]
 ) -> list[Model]:
@@ -174,7 +183,7 @@ def _promising(
 
     What effects do beside a walk is much to compute, and where they say the gap nobody asks.
     """
-    made = [model(channels, names) for names in several if WALK not in names]
+    made = _made(channels, [names for names in several if WALK not in names])
     best = _by_price([*known, *made])[0]
     # Of as many effects, one that is nearly as cheap is told as a rival.
     near = best.price + max(_left(channels, best), 0.0)
@@ -185,9 +194,7 @@ def _promising(
         and _least_with_walk(channels, names)
         < (near if len(names) <= len(best.names) else best.price)
     ]
-    if walking:
-        all_at_once(lambda channel: channel.walking, channels)
-    return _by_price([*made, *(model(channels, names) for names in walking)])
+    return _by_price([*made, *_made(channels, walking)])
 
 
 def _least_with_walk(channels: Sequence[Channel], names: Names) -> float:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from softsense.diagnose import engine, variance
 from softsense.diagnose.channel import WALK, Channel
-from softsense.diagnose.design import BLOCKS, Design
+from softsense.diagnose.design import BLOCKS, Design, Term
 from softsense.diagnose.nominal import (
     Motion,
     history_basis,
@@ -259,8 +259,9 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
         history = history_basis(motion.strain, motion.dt_s)
         # What is slow, a walk and the history share by chance.
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
-        width = history.shape[1]
-        errors, _ = Design(table).fit(range(width), (), np.full(width, channel.sigma**2))
+        columns = tuple(range(1, table.shape[1]))
+        term = Term("history", columns, stiff=channel.sigma**2)
+        errors, _ = Design([table[:, -1]], {"history": list(table[:, :-1].T)}).fit([term])
         noise = len(walk) * channel.sigma**2
         told = float((table[:, -1] ** 2).sum() - errors.sum())
         if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:
@@ -302,7 +303,7 @@ def _shrink(
     walking = best.channels_of(WALK)
     for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True)):
         noise = channel.samples / BLOCKS * channel.noise
-        gap = channel.design.grams[:, -1, -1] - noise
+        gap = channel.design.squares - noise
         before += gap
         # Of a walk nothing is closed on time that lies ahead.
         after += gap if number in walking else fit.errors - noise
