@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -215,12 +216,19 @@ def nominals(
         # Cubics of the distance from the knot before; none are between knots that coincide.
         curve = PPoly.from_spline(BSpline(_knots(KNOTS), static, 3)).c[:, 3:-3].copy()
 
-        def respond(strain: Floats, keep: slice) -> Floats:
-            step = keep.step or 1
+        @cache
+        def undisturbed(step: int) -> Floats:
+            return said_of(motion.strain, step)
+
+        def said_of(strain: Floats, step: int) -> Floats:
             said: Floats = _said(
                 strain, motion.dt_s, step, curve, relaxing, broken, WIDTHS, history
             )
             return said
+
+        def respond(strain: Floats, keep: slice) -> Floats:
+            step = keep.step or 1
+            return undisturbed(step) if strain is motion.strain else said_of(strain, step)
 
         return respond
 

@@ -58,6 +58,8 @@ LIT_PART = 0.6
 LIT_RATIO = 12.0
 FRAME_STEP = 2
 COURSE_ORDER = 5
+# So many of the frames are looked at before all.
+FRAMES = 100
 # How many more tones may be beside one, and their least power, of the noise's.
 MORE_TONES = 2
 LEAST_TONE = 0.05
@@ -453,13 +455,15 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     if len(signal) < 4 * length:
         return None
     begins = np.arange(0, len(signal) - length + 1, length // 4)
-    frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in begins]
-    ratios = np.stack([power / floor for power, _, floor in frames])
-    at = frames[0][1]
-    peaks = np.argmax(ratios, axis=1)
-    lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
-    if len(lit) < LIT_PART * len(begins):
-        return None
+    few = begins[:: max(len(begins) // FRAMES, 1)]
+    # Of a long recording some frames tell whether there may be a tone.
+    for some in [few, begins] if len(few) < len(begins) else [begins]:
+        frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in some]
+        ratios = np.stack([power / floor for power, _, floor in frames])
+        lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
+        if len(lit) < LIT_PART * len(some):
+            return None
+    at, peaks = frames[0][1], np.argmax(ratios, axis=1)
     # What is far from its neighbours is another line, or chance.
     usual = np.array([np.median(peaks[lit[max(k - 4, 0) : k + 5]]) for k in range(len(lit))])
     lit = lit[np.abs(peaks[lit] - usual) <= 2 * FRAME_STEP]

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 Floats = NDArray[np.float64]
 
@@ -55,10 +54,20 @@ def low_pass(
     output = np.empty_like(signal)
     for channel, tau in enumerate(tau_s):
         a, b0, b1 = first_order_hold(dt_s, float(tau))
-        # The direct form's own state, from the last input and output.
-        zi = [b1 * memory[0, channel] + a * memory[1, channel]]
-        output[:, channel] = lfilter([b0, b1], [1.0, -a], signal[:, channel], zi=zi)[0]
+        before, out = memory[:, channel].tolist()
+        _follow(signal[:, channel], output[:, channel], a, b0, b1, before, out)
     return output, np.stack([signal[-1], output[-1]])
+
+
+@compiled
+def _follow(
+    signal: Floats, output: Floats, a: float, b0: float, b1: float, before: float, y: float
+) -> None:
+    """Write y[k] = a y[k-1] + b0 u[k] + b1 u[k-1] of ``signal`` u (samples,) into ``output``."""
+    for k in range(len(signal)):
+        y = b0 * signal[k] + (b1 * before + a * y)
+        before = signal[k]
+        output[k] = y
 
 
 def rate(strain: Floats, dt_s: float, previous: float | None) -> Floats:

@@ -120,9 +120,12 @@ def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
     """(samples, time constants) what of the signal decays while it is held."""
-    column = signal[:, None]
-    parts = [low_pass(column, nominal.dt_s, np.array([tau]), None)[0] - column for tau in taus]
-    return np.concatenate(parts, axis=1)
+    # Each column in one piece of memory.
+    parts = np.empty((len(taus), len(signal))).T
+    for part, tau in zip(parts.T, taus, strict=True):
+        slow = low_pass(signal[:, None], nominal.dt_s, np.array([tau]), None)[0]
+        np.subtract(slow[:, 0], signal, out=part)
+    return parts
 
 
 EFFECT = Effect(
