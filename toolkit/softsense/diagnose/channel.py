@@ -42,6 +42,11 @@ STATIC_SHARE = 0.02
 # A curve that comes with an effect (``Candidate.curved``).
 CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
+# Per sample: a second parameter of an equation, and each further one. Where two equations leave next
+# to nothing, which leaves less says how well the nominal signal is known; the plainer one is right.
+PARAMETER_PRICE = 0.02
+# What follows whatever is near (``Candidate.pliable``) says a little more than it should.
+PLIABLE_SHARE = 0.002
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
 FORM_SHARE = 0.006
 # The same where every equation is exact: play, delays, circuits.
@@ -254,21 +259,21 @@ class Channel:
         """The channel with the candidates of ``fit`` upon what earlier stages do, each followed by
         those near it."""
         said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
-        codes = self.nominal.codes.copy()
-        change = np.zeros(len(codes))
+        change, moved = np.zeros(len(self.nominal.u)), None
         made: dict[str, list[Entry]] = {}
-        stage = ""
+        nominal, stage = self.nominal, ""
         for name, number in ordered:
             if name == WALK:
                 continue
             if acts_on_change(name, stage):
                 stage = all_effects()[name].stage
-                codes[:, self.nominal.channel] = self.nominal.u + change
+                nominal = self.nominal.acting_on(self.nominal.u + change, moved)
             if change.any():
-                made[name] = self._upon(replace(self.nominal, codes=codes.copy()), name, number)
+                made[name] = self._upon(nominal, name, number)
             else:
                 made[name] = self._once_more(name, number)
             change += said[name]
+            moved = self.entries[name][number].candidate.moved or moved
         trial = copy(self)
         trial._take(made)
         return trial
@@ -326,8 +331,13 @@ class Channel:
             share = EXACT_SHARE if self.exact(fit) else FORM_SHARE
             price += self._share_price(share, fit) * max(count - 1, 0)
         picks = [pick for pick in fit.picks if pick[0] != WALK]
-        if any(self.entries[name][number].candidate.curved for name, number in picks):
+        candidates = [self.entries[name][number].candidate for name, number in picks]
+        if any(candidate.curved for candidate in candidates):
             price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
+        more = sum(max(len(candidate.values) - 1, 0) for candidate in candidates)
+        price += PARAMETER_PRICE * self.guard * self.samples * more
+        if any(candidate.pliable for candidate in candidates):
+            price += self._share_price(PLIABLE_SHARE, fit)
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + self._share_price(OFFSET_SHARE, fit)
         elif fit.static is not None:

@@ -235,16 +235,17 @@ def _applied(
     for channel, nominal in enumerate(made):
         if diagnosis.static.size and np.any(diagnosis.static[channel]):
             change[:, channel] += _curve(motion) @ diagnosis.static[channel]
-        codes, done, stage = smooth.copy(), np.zeros(len(smooth)), ""
+        done, acted_on, moved, stage = np.zeros(len(smooth)), nominal, None, ""
         for trace in diagnosis.traces:
             if trace.channel != channel:
                 continue
             if acts_on_change(trace.effect, stage):
                 stage = all_effects()[trace.effect].stage
-                codes[:, channel] = smooth[:, channel] + done
-            acted_on = replace(nominal, codes=codes) if trace.upon else nominal
-            candidate = explained(acted_on, trace.effect, trace.candidate, trace.near)
+                acted_on = nominal.acting_on(smooth[:, channel] + done, moved)
+            upon = acted_on if trace.upon else nominal
+            candidate = explained(upon, trace.effect, trace.candidate, trace.near)
             done += candidate.columns @ trace.weights
+            moved = candidate.moved or moved
         change[:, channel] += done
     return change
 

@@ -21,7 +21,7 @@ from __future__ import annotations
 import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal
 
@@ -132,6 +132,16 @@ class Nominal:
         signal: Floats = self.codes[:, self.channel]
         return signal
 
+    def acting_on(self, codes: Floats, moved: Callable[[], Floats] | None) -> Nominal:
+        """The same where effects have made ``codes`` (samples,) of the channel's own, and the
+        strain is what ``moved`` says."""
+        changed = self.codes.copy()
+        changed[:, self.channel] = codes
+        if moved is None:
+            return replace(self, codes=changed)
+        strain = moved()
+        return replace(self, codes=changed, strain=strain, largest=np.maximum.accumulate(strain))
+
     @property
     def rest(self) -> float:
         """The channel's codes where the reference begins."""
@@ -175,7 +185,8 @@ class Candidate:
     ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
     curve besides, of the signal or of time, which other effects could be behind. ``pliable``: it
     follows whatever is near, also where the effect is an exact equation. ``largest``: weights
-    beyond it are not physical; ``positive``: nor those below 0.
+    beyond it are not physical; ``positive``: nor those below 0. ``moved()``: (samples,) the strain
+    that reaches the sensor, where that is what the effect changes.
     """
 
     columns: Floats
@@ -187,6 +198,7 @@ class Candidate:
     pliable: bool = False
     largest: float = np.inf
     positive: bool = False
+    moved: Callable[[], Floats] | None = None
 
     @property
     def conditional(self) -> bool:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import play, uneven_play
+from softsense.effects.operators import compiled, play, uneven_play
 
 # How many times as wide worn play is at its widest as at its least.
 WORN = (0.5, 0.7, 1.4, 2.0)
@@ -15,6 +17,8 @@ WORN = (0.5, 0.7, 1.4, 2.0)
 BESIDE = (0.1, 0.2, 0.3)
 # Slack at rest, in widths of the play behind it.
 SLACK = (0.25, 0.5, 1.0)
+# How long faces that give way take.
+CLOSING_S = (0.04, 0.08, 0.15)
 
 
 def simulate(
@@ -36,19 +40,21 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one width, beside a spring or behind slack; or a width that is not the same
-    everywhere, or not for long."""
+    """The same around one width, beside a spring, behind slack or with faces that give way; or a
+    width that is not the same everywhere, or not for long."""
     width = values["width"]
     near = width * np.geomspace(0.8, 1.25, 15)
     # What a spring passes on makes play look narrower than it is.
     wider = width * np.geomspace(0.9, 1.4, 14)
     made = _traces(nominal, near) + _dead(nominal, near[::2])
-    return made + _worn(nominal, near[3::4]) + _sprung(nominal, wider) + _slack(nominal, near[1::2])
+    made += _worn(nominal, near[3::4]) + _sprung(nominal, wider) + _slack(nominal, near[1::2])
+    # What is late besides makes play look wider than it is.
+    return made + _damped(nominal, width * np.geomspace(0.3, 1.1, 9))
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
     return [
-        _trace(nominal, _played(nominal, width), {"width": float(width)}, "play")
+        _trace(nominal, partial(_played, nominal, width), {"width": float(width)}, "play")
         for width in widths
     ]
 
@@ -62,7 +68,7 @@ def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
     for form, course in courses.items():
         for worn in WORN:
             for width in widths:
-                played = _played(nominal, width * np.exp(np.log(worn) * (course - 0.5)))
+                played = partial(_played, nominal, width, np.log(worn) * (course - 0.5))
                 values = {"width": float(width), "worn": worn}
                 result.append(_trace(nominal, played, values, form))
     return result
@@ -71,11 +77,15 @@ def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
 def _dead(nominal: Nominal, widths: Floats) -> list[Candidate]:
     """Slack at rest that is taken up once and for all."""
     return [
-        _trace(
-            nominal, np.maximum(nominal.strain - width, 0.0), {"width": float(width)}, "dead_zone"
-        )
+        _trace(nominal, partial(_taut, nominal, width), {"width": float(width)}, "dead_zone")
         for width in widths
     ]
+
+
+def _taut(nominal: Nominal, slack: float) -> Floats:
+    """(samples,) the strain where so much slack is taken up first."""
+    taut: Floats = np.maximum(nominal.strain - slack, 0.0)
+    return taut
 
 
 def _slack(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -83,10 +93,9 @@ def _slack(nominal: Nominal, widths: Floats) -> list[Candidate]:
     result = []
     for width in widths:
         for share in SLACK:
-            taut = np.maximum(nominal.strain - share * width, 0.0)
-            played = uneven_play(taut, np.full(len(taut), width))
             values = {"width": float(width), "slack": share}
-            result.append(_trace(nominal, played, values, "slack"))
+            behind = replace(nominal, strain=_taut(nominal, share * width))
+            result.append(_trace(nominal, partial(_played, behind, width), values, "slack"))
     return result
 
 
@@ -94,25 +103,55 @@ def _sprung(nominal: Nominal, widths: Floats) -> list[Candidate]:
     """Play beside a spring, which passes on a part of every move."""
     result = []
     for width in widths:
-        played = _played(nominal, width)
         for beside in BESIDE:
-            moved = played + beside * (nominal.strain - played)
             values = {"width": float(width), "beside": beside}
+            moved = partial(_beside_spring, nominal, width, beside)
             result.append(_trace(nominal, moved, values, "sprung"))
     return result
 
 
-def _played(nominal: Nominal, widths: Floats) -> Floats:
-    """(samples,) the strain behind play of one width, or of (samples,) widths."""
-    each = np.broadcast_to(widths, nominal.strain.shape).copy()
-    played: Floats = uneven_play(nominal.strain, each)
+def _beside_spring(nominal: Nominal, width: float, beside: float) -> Floats:
+    played = _played(nominal, width)
+    moved: Floats = played + beside * (nominal.strain - played)
+    return moved
+
+
+def _damped(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Play between faces that give way: what is beyond the gap is closed in on, in a while."""
+    result = []
+    for closing_s in CLOSING_S:
+        share = -float(np.expm1(-nominal.dt_s / closing_s))
+        for width in widths:
+            values = {"width": float(width), "closing_s": closing_s}
+            moved = partial(_closing, nominal.strain, float(width), share)
+            result.append(_trace(nominal, moved, values, "damped"))
+    return result
+
+
+@compiled
+def _closing(strain: Floats, width: float, share: float) -> Floats:
+    """(samples,) play that goes this ``share`` of what is beyond its gap in a sample."""
+    output = np.empty_like(strain)
+    y = strain[0]
+    for k in range(len(strain)):
+        y += share * (max(strain[k] - 0.5 * width - y, 0.0) + min(strain[k] + 0.5 * width - y, 0.0))
+        output[k] = y
+    return output
+
+
+def _played(nominal: Nominal, width: float, courses: Floats | float = 0.0) -> Floats:
+    """(samples,) the strain behind play of one width, times the exponential of ``courses``."""
+    widths = np.broadcast_to(width * np.exp(courses), nominal.strain.shape).copy()
+    played: Floats = uneven_play(nominal.strain, widths)
     return played
 
 
-def _trace(nominal: Nominal, moved: Floats, values: Mapping[str, float], form: str) -> Candidate:
-    """What the channel says of the strain ``moved`` (samples,) less what it says of the strain."""
-    column = nominal.respond(moved, nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
-    return Candidate(column[:, None], values, form, fixed=True)
+def _trace(
+    nominal: Nominal, moved: Callable[[], Floats], values: Mapping[str, float], form: str
+) -> Candidate:
+    """What the channel says of the strain that is ``moved`` less what it says of the strain."""
+    column = nominal.respond(moved(), nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
+    return Candidate(column[:, None], values, form, fixed=True, moved=moved)
 
 
 EFFECT = Effect(
@@ -120,7 +159,8 @@ EFFECT = Effect(
     stage="motion",
     mechanism="play in the drive, slip or slack: part of a move is lost after each reversal",
     equation="play: y = min(max(y, x - w/2), x + w/2); dead_zone: y = max(x - w, 0)",
-    source="play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989)",
+    source="play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989); faces "
+    "that give way: Nordin and Gutman, Automatica 38 (2002)",
     fingerprint="flat after each reversal, over the same width on all channels",
     parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
     simulate=simulate,

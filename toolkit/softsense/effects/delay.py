@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -88,9 +89,10 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
     for delay_s in delays_s:
         values = {"delay_s": float(delay_s)}
         for form in forms:
-            moved = _shifted(u, pieces[form], delay_s / nominal.dt_s)
-            column = (moved - u)[nominal.keep, None]
-            result.append(Candidate(column.copy(), values, form, fixed=True))
+            shifted = _shifted(u, pieces[form], delay_s / nominal.dt_s)
+            column = (shifted - u)[nominal.keep, None]
+            moved = partial(_moved, nominal, values)
+            result.append(Candidate(column.copy(), values, form, fixed=True, moved=moved))
     return result
 
 
@@ -117,9 +119,10 @@ def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Can
         values = {"delay_s": float(first)}
         if first != last:
             values["skew"] = float((last - first) / nominal.reference.duration_s)
-        moved = _read(nominal.u, nominal, _late_s(nominal, values))
-        column = (moved - nominal.u[nominal.keep])[:, None]
-        result.append(Candidate(column, values, "skewed", fixed=True))
+        read = _read(nominal.u, nominal, _late_s(nominal, values))
+        column = (read - nominal.u[nominal.keep])[:, None]
+        moved = partial(_moved, nominal, values)
+        result.append(Candidate(column, values, "skewed", fixed=True, moved=moved))
     return result
 
 
@@ -127,6 +130,12 @@ def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
     """(samples,) the delay of an even course of time."""
     since_s = nominal.time_s[nominal.keep] - nominal.reference.start_s
     return values["delay_s"] + values.get("skew", 0.0) * since_s
+
+
+def _moved(nominal: Nominal, values: Mapping[str, float]) -> Floats:
+    """(samples,) the strain so late."""
+    always = replace(nominal, keep=slice(None))
+    return _read(nominal.strain, always, _late_s(always, values))
 
 
 def _read(u: Floats, nominal: Nominal, late_s: Floats) -> Floats:

@@ -103,3 +103,17 @@ def uneven_play(signal: Floats, width: Floats) -> Floats:
         y = min(max(y, signal[k] - 0.5 * width[k]), signal[k] + 0.5 * width[k])
         output[k] = y
     return output
+
+
+@compiled
+def followed(signal: Floats, rising: float, falling: float, start: float) -> Floats:
+    """(samples,) what goes to ``signal`` by these shares of its distance per sample, other ones up
+    than down, from ``start`` on."""
+    up, down = -expm1(-rising), -expm1(-falling)
+    output = np.empty_like(signal)
+    y = start
+    for k in range(len(signal)):
+        gone = signal[k] - y
+        y += gone * (up if gone > 0.0 else down)
+        output[k] = y
+    return output

@@ -7,12 +7,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import low_pass, rate
+from softsense.effects.operators import followed, low_pass, rate
 
 TAUS_S = (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
 # At which strain rates half of what there is breaks.
 HALVES_PER_S = (0.03, 0.1, 0.3)
+# What breaks sooner than it forms again: in which share of that time, by which powers of the strain
+# rate, and how much of it on the way back.
+QUICK = 0.25
+QUICK_POWERS = (0.65, 0.9, 1.2)
+BACK = (0.6, 1.0)
 
 
 def simulate(
@@ -42,7 +47,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """Around one time constant and power, or where more speed breaks less and less; or one way."""
+    """Around one time constant and power, or where more speed breaks less and less; or one way; or
+    sooner than it forms again."""
     ladders = () if "tau_s" in values else LADDERS_S
     # What a ladder says coarsely, one time between those of the grid may say better.
     near = (
@@ -50,9 +56,9 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         if "tau_s" in values
         else np.geomspace(0.1, 2.5, 9)
     ).tolist()
+    result = _quick(nominal, near[::2])
     if "power" not in values:
-        return _one_way(nominal, near)
-    result = []
+        return result + _one_way(nominal, near)
     for power in values["power"] * np.array([0.85, 1.0, 1.2]):
         speed = np.abs(nominal.rate) ** power
         result += _traces(nominal, speed, {"power": float(power)}, near[::2], ladders)
@@ -81,6 +87,22 @@ def _traces(
         Candidate(np.concatenate([parts[tau_s] for tau_s in taus], axis=1), values)
         for taus in ladders
     ]
+
+
+def _quick(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
+    """What breaks sooner than it forms again, and breaks less on the way back."""
+    result = []
+    share = nominal.share[nominal.keep]
+    for tau_s in taus_s:
+        for power in QUICK_POWERS:
+            for back in BACK:
+                rate = nominal.rate
+                broken = np.abs(rate) ** power * np.where(rate > 0.0, 1.0, back)
+                y = followed(broken, nominal.dt_s / (QUICK * tau_s), nominal.dt_s / tau_s, 0.0)
+                y = y[nominal.keep] * nominal.span
+                values = {"tau_s": tau_s, "power": power, "back": back}
+                result.append(Candidate(np.stack([y, y * share], axis=1), values, "quick"))
+    return result
 
 
 def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:

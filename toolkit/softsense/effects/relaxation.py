@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import expm1
 
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import compiled, low_pass
+from softsense.effects.operators import followed, low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.85
@@ -94,23 +93,10 @@ def _uneven(nominal: Nominal) -> list[Candidate]:
     for rising_s in PACES_S:
         for recovers in RECOVERIES:
             rising, falling = nominal.dt_s / rising_s, nominal.dt_s / (rising_s * recovers)
-            column = (_followed(nominal.u, rising, falling) - nominal.u)[:, None]
+            column = (followed(nominal.u, rising, falling, nominal.u[0]) - nominal.u)[:, None]
             values = {"rising_s": rising_s, "recovers": recovers}
             result.append(Candidate(column, values, "uneven", largest=MOST))
     return result
-
-
-@compiled
-def _followed(signal: Floats, rising: float, falling: float) -> Floats:
-    """(samples,) what goes to ``signal`` by these shares of its distance per sample, settled."""
-    up, down = -expm1(-rising), -expm1(-falling)
-    output = np.empty_like(signal)
-    y = signal[0]
-    for k in range(len(signal)):
-        gone = signal[k] - y
-        y += gone * (up if gone > 0.0 else down)
-        output[k] = y
-    return output
 
 
 def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
