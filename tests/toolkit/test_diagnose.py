@@ -13,6 +13,7 @@ from scipy.signal import butter, lfilter
 import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose
+from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
     history_basis,
     history_weights,
@@ -265,6 +266,17 @@ def test_overshoot_may_be_larger_one_way() -> None:
     assert result.effects == ("overshoot",)
 
 
+def test_overshoot_may_come_sooner_than_it_goes() -> None:
+    x, codes = clean(15)
+    rate = np.gradient(x) * RATE_HZ
+    breaking, broken = np.abs(rate) ** 1.2 * np.where(rate > 0.0, 1.0, 0.5), np.zeros(len(x))
+    for k in range(1, len(x)):
+        gone = breaking[k] - broken[k - 1]
+        broken[k] = broken[k - 1] + gone * (0.3 if gone > 0.0 else 0.06)
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + 60.0 * broken[:, None], 2))
+    assert result.effects == ("overshoot",)
+
+
 def test_a_neighbour_is_heard_with_what_it_has() -> None:
     """What a neighbour's own effect adds goes over with the rest, at the same share."""
     x, codes = clean(12)
@@ -285,10 +297,10 @@ def test_a_neighbour_is_heard_with_what_it_has() -> None:
 
 def test_effects_of_other_equations_keep_their_names() -> None:
     """Ogden-Roxburgh softening, a branch drawn to a curve, relaxation of a curve, worn play, play
-    beside a spring or behind slack, a converter with teeth, clocks that run apart or wander, a bit
-    that weighs wrong, a line of resistors and capacitors, an active filter, one that a part gets
-    past, one that discharges slowly, an amplifier with two rails, and a capacitor that keeps two
-    channels."""
+    beside a spring, behind slack or between faces that give way, a converter with teeth, clocks
+    that run apart or wander, a bit that weighs wrong, a line of resistors and capacitors, an active
+    filter, one that a part gets past, one that discharges slowly, an amplifier with two rails, and
+    a capacitor that keeps two channels."""
     from scipy.special import erf
 
     x, codes = clean(13)
@@ -299,7 +311,7 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         pull = 6.0 * abs(x[k] - x[k - 1])
         drawn[k] = drawn[k - 1] + pull * (np.tanh(2.0 * (x[k] - 0.4)) - drawn[k - 1])
     elastic = np.expm1(0.8 * (codes - codes[0]) / 500.0)
-    worn, even, loose = np.full((3, len(x)), x[0])
+    worn, even, loose, soft_faced = np.full((4, len(x)), x[0])
     taut = np.maximum(x - 0.02, 0.0)
     loose[0] = taut[0]
     for k, value in enumerate(x[1:], start=1):
@@ -307,6 +319,8 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         worn[k] = min(max(worn[k - 1], value - half), value + half)
         even[k] = min(max(even[k - 1], value - 0.03), value + 0.03)
         loose[k] = min(max(loose[k - 1], taut[k] - 0.02), taut[k] + 0.02)
+        touching = min(max(soft_faced[k - 1], value - 0.03), value + 0.03)
+        soft_faced[k] = soft_faced[k - 1] + 0.45 * (touching - soft_faced[k - 1])
     index = np.arange(len(x))
     apart = np.stack([np.interp(index - 4.0 * index / len(x), index, c) for c in codes.T], axis=1)
     wandering = index - 1.6 - 0.5 * np.sin(index / 700.0)
@@ -335,6 +349,7 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("backlash", sensed(worn)),
         ("backlash", sensed(0.75 * even + 0.25 * x)),
         ("backlash", sensed(loose)),
+        ("backlash", sensed(soft_faced)),
         ("delay", runs_off),
         ("delay", runs_far),
         ("adc_nonlinearity", codes + 15.0 * (np.rint(codes).astype(int) >> 8 & 1)),
@@ -347,6 +362,22 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("crosstalk", kept),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
+
+
+def test_a_material_feels_the_strain_that_comes_late() -> None:
+    """Its loops turn when the strain does that reaches it."""
+    x, codes = clean(16)
+    index = np.arange(len(x))
+    late = np.interp(index - 6.0, index, x)
+    loops = np.stack([np.full(len(x), x[0])] * 3)
+    for loop, half in zip(loops, (0.03, 0.08, 0.2), strict=True):
+        for k in range(1, len(x)):
+            loop[k] = min(max(loop[k - 1], late[k] - half), late[k] + half)
+    made = sensed(late) + 150.0 * (loops.mean(axis=0) - late)[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"delay", "hysteresis"}
+    # Loops of the strain as it was sent would be more off than half the noise.
+    assert np.abs(change_of(result, 12) - (made - codes)).mean() < 0.65
 
 
 def test_a_small_effect_shows_beside_a_large_one_that_is_right() -> None:

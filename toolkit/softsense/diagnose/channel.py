@@ -42,9 +42,9 @@ STATIC_SHARE = 0.02
 # A curve that comes with an effect (``Candidate.curved``).
 CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
-# Per sample: a second parameter of an equation, and each further one. Where two equations leave next
-# to nothing, which leaves less says how well the nominal signal is known; the plainer one is right.
-PARAMETER_PRICE = 0.02
+# Per sample: a second parameter of an equation, and each further one. Where two equations leave
+# nearly nothing, which leaves less says how well the nominal signal is known.
+PARAMETER_PRICE = 0.01
 # What follows whatever is near (``Candidate.pliable``) says a little more than it should.
 PLIABLE_SHARE = 0.002
 # What one effect's equation, being only nearly right, may leave to a second one, of the gap.
@@ -61,7 +61,7 @@ OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
 # Parameters that are whole numbers, and have no interval.
-COUNTED = ("source", "poles")
+COUNTED = frozenset({"source", "poles"})
 # 95 % of a chi-squared variable with one degree of freedom.
 CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
@@ -334,7 +334,7 @@ class Channel:
         candidates = [self.entries[name][number].candidate for name, number in picks]
         if any(candidate.curved for candidate in candidates):
             price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
-        more = sum(max(len(candidate.values) - 1, 0) for candidate in candidates)
+        more = sum(max(len(c.values.keys() - COUNTED) - 1, 0) for c in candidates)
         price += PARAMETER_PRICE * self.guard * self.samples * more
         if any(candidate.pliable for candidate in candidates):
             price += self._share_price(PLIABLE_SHARE, fit)
