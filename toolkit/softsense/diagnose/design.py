@@ -120,7 +120,7 @@ class Design:
         # Memory that is never written takes no room.
         self._rows = np.empty((ends[-1], self.samples))
         self._total = np.empty((ends[-1], ends[-1]))
-        self.scale = np.empty(ends[-1])
+        self._scale = np.empty(ends[-1])
         self._laid: set[str] = set()
         self._multiplied: set[tuple[str, str]] = set()
         self._ready: set[tuple[str, ...]] = set()
@@ -142,7 +142,7 @@ class Design:
         scale = np.sqrt(np.einsum("ij,ij->i", rows, rows) / self.samples) + 1e-12
         if name == BASE:
             scale[0] = 1.0
-        self.scale[span] = scale
+        self._scale[span] = scale
         np.divide(rows, scale[:, None], out=self._rows[span])
 
     def _multiply(self, first: str, second: str) -> None:
@@ -188,8 +188,8 @@ class Design:
                 free = [*free, *term.at]
                 stiff += [term.stiff] * len(term.at)
         # Columns are scaled; a fixed one has a weight of 1 before it was scaled.
-        signs = np.array([*(-self.scale[column] for column in fixed), 1.0])
-        ridge: Floats = np.array(stiff) / self.scale[free] ** 2 + _RIDGE * self.samples
+        signs = np.array([*(-self._scale[column] for column in fixed), 1.0])
+        ridge: Floats = np.array(stiff) / self._scale[free] ** 2 + _RIDGE * self.samples
         return np.array([*free, *fixed, 0], dtype=np.intp), signs, ridge
 
     def fit(self, terms: Sequence[Term], static: int = 0) -> tuple[Floats, Floats]:
@@ -206,7 +206,7 @@ class Design:
         place = {column: k for k, column in enumerate(sum(parts, ()))}
         at = np.array([place[c] for c in index.tolist()], dtype=np.intp)
         errors, whole = _unseen(self._grams[parts], at, signs, ridge)
-        return errors, whole / self.scale[index[: len(ridge)]]
+        return errors, whole / self._scale[index[: len(ridge)]]
 
     def _assembled(self, parts: Sequence[tuple[int, ...]]) -> Floats:
         """(blocks, n, n) products of all columns of ``parts``."""
@@ -234,7 +234,7 @@ class Design:
             self._ready.add(there)
         group = self._groups[wanted]
         # What a fixed candidate's column is scaled by, and 0 for the free ones.
-        sizes = np.where(group.fixed, self.scale[group.columns[group.begins[:-1]]], 0.0)
+        sizes = np.where(group.fixed, self._scale[group.columns[group.begins[:-1]]], 0.0)
         index, signs, ridge = self._index(terms, static)
         more = 10.0 * _RIDGE * self.samples
         result: tuple[Floats, float] = _each_gain(

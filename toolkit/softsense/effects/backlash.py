@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -67,8 +66,9 @@ def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
     result = []
     for form, course in courses.items():
         for worn in WORN:
+            wear = np.log(worn) * (course - 0.5)
             for width in widths:
-                played = partial(_played, nominal, width, np.log(worn) * (course - 0.5))
+                played = partial(_played, nominal, width, wear)
                 values = {"width": float(width), "worn": worn}
                 result.append(_trace(nominal, played, values, form))
     return result
@@ -94,9 +94,15 @@ def _slack(nominal: Nominal, widths: Floats) -> list[Candidate]:
     for width in widths:
         for share in SLACK:
             values = {"width": float(width), "slack": share}
-            behind = replace(nominal, strain=_taut(nominal, share * width))
-            result.append(_trace(nominal, partial(_played, behind, width), values, "slack"))
+            moved = partial(_behind_slack, nominal, width, share * width)
+            result.append(_trace(nominal, moved, values, "slack"))
     return result
+
+
+def _behind_slack(nominal: Nominal, width: float, slack: float) -> Floats:
+    taut = _taut(nominal, slack)
+    played: Floats = uneven_play(taut, np.full(len(taut), width))
+    return played
 
 
 def _sprung(nominal: Nominal, widths: Floats) -> list[Candidate]:

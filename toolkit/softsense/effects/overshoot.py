@@ -92,14 +92,13 @@ def _traces(
 def _quick(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     """What breaks sooner than it forms again, and breaks less on the way back."""
     result = []
-    share = nominal.share[nominal.keep]
-    for tau_s in taus_s:
-        for power in QUICK_POWERS:
-            for back in BACK:
-                rate = nominal.rate
-                broken = np.abs(rate) ** power * np.where(rate > 0.0, 1.0, back)
-                y = followed(broken, nominal.dt_s / (QUICK * tau_s), nominal.dt_s / tau_s, 0.0)
-                y = y[nominal.keep] * nominal.span
+    share, speed = nominal.share[nominal.keep], np.abs(nominal.rate)
+    for power in QUICK_POWERS:
+        for back in BACK:
+            breaking = speed**power * np.where(nominal.rate > 0.0, 1.0, back)
+            for tau_s in taus_s:
+                forming = nominal.dt_s / tau_s
+                y = followed(breaking, forming / QUICK, forming, 0.0)[nominal.keep] * nominal.span
                 values = {"tau_s": tau_s, "power": power, "back": back}
                 result.append(Candidate(np.stack([y, y * share], axis=1), values, "quick"))
     return result
