@@ -380,6 +380,18 @@ def test_a_material_feels_the_strain_that_comes_late() -> None:
     assert np.abs(change_of(result, 12) - (made - codes)).mean() < 0.65
 
 
+def test_a_clock_that_is_late_has_seen_the_play_before_it() -> None:
+    """Play and a delay are not the sum of what either does alone."""
+    x, codes = clean(17)
+    played, index = np.empty(len(x)), np.arange(len(x))
+    played[0] = x[0]
+    for k in range(1, len(x)):
+        played[k] = min(max(played[k - 1], x[k] - 0.06), x[k] + 0.06)
+    made = sensed(np.interp(index - 4.0, index, played))
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"backlash", "delay"}
+
+
 def test_a_small_effect_shows_beside_a_large_one_that_is_right() -> None:
     """A gain of 1.5 % under a step of 80 codes; these channels are all alike, and so it could be
     crosstalk."""
@@ -462,6 +474,22 @@ def test_spikes_with_a_tail_are_spikes() -> None:
     assert np.convolve(rest, np.ones(8) / 8.0, "same").std() < 0.7
 
 
+def test_tails_of_spikes_are_no_walk() -> None:
+    """A walk follows small ones, and foretells their tails: what it does not is no longer sharp."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(22)
+    struck = (rng.random(len(codes)) < 0.008) * rng.choice([-1.0, 1.0], len(codes))
+    sizes = np.exp(rng.uniform(np.log(8.0), np.log(32.0), len(codes)))
+    spikes = lfilter([1.0], [1.0, -0.82], struck * sizes)
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += spikes
+    motion = motion_of(x, 0.05, 0.0, None)
+    own = rng.normal(size=codes.shape)
+    (found,) = findings(left, left, own, motion, True, walking=[1])
+    assert (found.name, found.channels) == ("spikes", (1,))
+    assert cleaned(left, [found], motion)[:, 1].std() < 1.1
+
+
 def test_neither_noise_that_varies_nor_an_edge_is_spiky() -> None:
     """Noise that is loud for some seconds and quiet for others; jumps that come a moment late."""
     x, codes = clean(9, 8000)
@@ -493,6 +521,21 @@ def test_a_low_harmonic_is_gone_with_its_tone() -> None:
     rest = cleaned(left, [Finding("interference", (3,), 7.93, "")], motion)[:, 3]
     for hertz in (7.93, 4.14, 0.35):
         assert 2.0 * np.abs(np.mean(rest * np.exp(2j * np.pi * hertz * t))) < 0.1
+
+
+def test_harmonics_are_gone_beside_what_is_slow_and_where_they_are() -> None:
+    """A second that folds down to 0.15 Hz and a loud fifth, beside a drift far above the noise."""
+    _, codes = clean(9, 8000)
+    t = 0.05 * np.arange(len(codes))
+    x = sum(np.sin(2 * np.pi * hertz * t + 9.0 * hertz) for hertz in (0.07, 0.13, 0.22, 0.39))
+    left = np.random.default_rng(15).normal(size=codes.shape)
+    left[:, 3] += 40.0 * np.tanh((t - 200.0) / 50.0)
+    for order, size in ((1, 20.0), (2, 8.0), (3, 6.0), (5, 12.0)):
+        left[:, 3] += size * np.sin(2 * np.pi * order * 9.925 * t + order)
+    motion = motion_of(x, 0.05, 0.0, None)
+    rest = cleaned(left, [Finding("interference", (3,), 9.925, "")], motion)[:, 3]
+    for hertz in (9.925, 0.15, 9.775, 9.625):
+        assert 2.0 * np.abs(np.mean(rest * np.exp(2j * np.pi * hertz * t))) < 0.3
 
 
 def test_a_tone_that_was_heard_before_is_heard_again() -> None:

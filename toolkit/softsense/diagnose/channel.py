@@ -73,8 +73,11 @@ BESIDE_WALK = 0.1
 ROUNDS = 5
 # Of so many candidates what is near them is kept meanwhile.
 KEPT = 4
-# The stage whose effects act on each other: one circuit follows the other.
+# Stages whose effects act on each other: one circuit follows the other, and a clock that is late
+# has seen the play before it. Play and delay may change places; circuits may not.
+MOTION = "motion"
 ELECTRICAL = "electrical"
+SERIAL = frozenset({MOTION, ELECTRICAL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
 
@@ -224,6 +227,8 @@ class Channel:
         begun = [fit]
         if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
             begun.append(self.best(names))
+        if sum(all_effects()[name].stage == MOTION for name in names) > 1:
+            begun.append(self._plain(names))
         made = [fit]
         for begin in begun:
             for ordered in _orders(begin.picks):
@@ -236,6 +241,26 @@ class Channel:
                         break
                     before = self.price(now)
         return min(made, key=self.price)
+
+    def _plain(self, names: frozenset[str]) -> Fit:
+        """The cheapest fit with candidates of one parameter and a weight of 1.
+
+        Side by side, forms with more say what of play and delay comes of their acting on each
+        other, and hide their sizes.
+        """
+        plain = {
+            name: [
+                number
+                for number, entry in enumerate(self.entries[name])
+                if entry.at and entry.candidate.fixed and len(entry.candidate.values) == 1
+            ]
+            for name in names - {WALK}
+        }
+        trial = copy(self)
+        trial._take({name: [self.entries[name][k] for k in plain[name]] for name in plain})
+        fit = trial.best(names)
+        picks = [(name, plain[name][number]) for name, number in fit.picks]
+        return replace(fit, picks=tuple(picks))
 
     def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
         """The fit of one more round; its candidates are among the entries from now on."""
@@ -578,18 +603,20 @@ def all_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[R
 def acts_on_change(name: str, before: str) -> bool:
     """Whether an effect acts on what others have done, the last of them of the stage ``before``."""
     stage = all_effects()[name].stage
-    return stage not in (before, "") or stage == ELECTRICAL
+    return stage not in (before, "") or stage in SERIAL
 
 
 def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
     """In which the effects may act on each other, or a single one is looked at once more; none
     where they do not."""
-    stages = {pick: STAGES.index(all_effects()[pick[0]].stage) for pick in picks if pick[0] != WALK}
-    circuits = [pick for pick in stages if all_effects()[pick[0]].stage == ELECTRICAL]
-    several = len(set(stages.values())) > 1 or len(circuits) > 1
-    if not stages or (len(picks) > 1 and not several):
+    stages = {pick: all_effects()[pick[0]].stage for pick in picks if pick[0] != WALK}
+    circuits = [pick for pick, stage in stages.items() if stage == ELECTRICAL]
+    several = len(set(stages.values())) > 1
+    in_series = len(stages) > 1 and not SERIAL.isdisjoint(stages.values())
+    if not stages or (len(picks) > 1 and not several and not in_series):
         return []
-    rest = sorted(set(picks) - set(circuits), key=lambda pick: (stages.get(pick, 0), pick))
+    at = {pick: STAGES.index(stage) for pick, stage in stages.items()}
+    rest = sorted(set(picks) - set(circuits), key=lambda pick: (at.get(pick, 0), pick))
     return [
         (*rest, *order) for order in dict.fromkeys((tuple(circuits), tuple(reversed(circuits))))
     ]

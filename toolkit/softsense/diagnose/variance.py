@@ -8,7 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
 from scipy.signal import lfilter, oaconvolve
 from scipy.stats import kurtosis
 
@@ -34,6 +34,8 @@ SPIKE_COUNT = 6
 SPIKE_EDGE = 7
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
+# Samples whose median is what is usual where a spike begins.
+NEWS = 9
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.35
 # What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
@@ -66,11 +68,13 @@ LEAST_TONE = 0.05
 # Of a tone that is taken out before all else: its power, of the noise's, and what is no motion.
 LOUD_TONE = 2.0
 FAST_HZ = 1.0
-# A harmonic is one where it has more of the power that is left than chance has, by this factor, and
-# no more of the tone's than pulses have, in units of its order to the power of -2; and where one of
+# A harmonic is one where it has more power than is usual so far around it, by this factor, and no
+# more of the tone's than pulses have, in units of its order to the power of -2; and where one of
 # the two before it is there. Else it is the motion's: harmonics fold down to where that is.
 HARMONIC_RATIO = 6.0
+AROUND_HZ = 1.0
 HARMONIC_MOST = 4.0
+SLOWEST_HZ = 0.05
 # Of the first ones a sharp line just where it is foretold is one whatever its size.
 LOW_HARMONIC = 5
 SHARP_RATIO = 40.0
@@ -142,7 +146,8 @@ def findings(
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
             news = _news(rest) if c in walking else rest
-        rest = news
+        # Tails pass for a walk, and are what it does not foretell.
+        rest = rest if c in walking and not _spikes(news).any() else news
         hit = _spikes(rest)
         # What was explained may jump a moment early or late.
         said = residual[:, c] - left[:, c]
@@ -219,9 +224,13 @@ def _unspiked(signal: Floats) -> Floats:
     answer = _answer(_shape(signal))
     if not len(answer):
         return plain
-    # What no spike before foretells is the spikes themselves, which are sharp.
+    # What no spike before foretells is the spikes themselves, which are sharp; what is beside them
+    # stays as it is, since an error there would have a tail of its own.
     news = lfilter(answer, [1.0], signal - signal[0])
-    tailless = lfilter([1.0], answer, _between(news, _spikes(news, SPIKES_MORE)))
+    usual = median_filter(news, NEWS)
+    far = np.abs(news - usual)
+    sudden = far > max(SPIKES_MORE * 1.4826 * float(np.median(far)), 1.0)
+    tailless = lfilter([1.0], answer, np.where(sudden, usual, news))
     return min(plain, _lined(signal[0] + tailless), key=np.var)
 
 
@@ -370,27 +379,39 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
             price = TONE_PRICE * float(noise_rms(plain[:, None])[0]) ** 2 * dt_s / window_s
             made.append((float(np.var(plain)) + price, window_s, rest))
     _, window_s, rest = min(made, key=lambda one: one[0])
-    # Of white noise, so much passes the window's band.
-    chance = 3.0 * dt_s / window_s
-    power = 2.0 * np.abs(np.fft.rfft(rest)) ** 2 / len(rest) ** 2
-    per_hz = len(rest) * dt_s
-    most = HARMONIC_MOST * float(np.var(signal - rest))
-    last = 1
-    for harmonic in range(2, HARMONICS + 1):
-        folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
-        # What is as slow as the window is no tone.
-        if folded > 4.0 / window_s and (harmonic <= last + 2 or harmonic <= LOW_HARMONIC):
-            low, high = ((folded + way * 0.75 / window_s) * per_hz for way in (-1.0, 1.0))
-            band = float(power[round(low) : round(high) + 1].sum())
-            usual = harmonic <= last + 2 and band < most / harmonic**2
-            if band > HARMONIC_RATIO * chance * rest.var() and (
-                usual or (harmonic <= LOW_HARMONIC and _sharp(rest, folded, dt_s))
-            ):
-                rest = rest - _tone(rest, folded, dt_s, window_s)
-                last = harmonic
+    rest = _without_harmonics(rest, float(np.var(signal - rest)), frequency, dt_s, window_s)
     tone, times = _switched(signal, frequency, dt_s)
     price = SWITCH_PRICE * float(noise_rms(rest[:, None])[0]) ** 2 * times / len(signal)
     return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest
+
+
+def _without_harmonics(
+    rest: Floats, tone: float, frequency: float, dt_s: float, window_s: float
+) -> Floats:
+    """``rest`` of a tone of ``frequency`` (Hz) and power ``tone`` without its harmonics."""
+    power = 2.0 * np.abs(np.fft.rfft(rest)) ** 2 / len(rest) ** 2
+
+    def band(around: float, reach: float) -> Floats:
+        low, high = ((around + way * reach) * len(rest) * dt_s for way in (-1.0, 1.0))
+        return np.asarray(power[max(round(low), 0) : round(high) + 1])
+
+    last = 1
+    for harmonic in range(2, HARMONICS + 1):
+        folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
+        close = harmonic <= last + 2
+        if folded < SLOWEST_HZ or not (close or harmonic <= LOW_HARMONIC):
+            continue
+        over_s = max(window_s, 4.0 / folded)
+        within = band(folded, 0.75 / over_s)
+        chance = len(within) * float(np.median(band(folded, AROUND_HZ))) / np.log(2.0)
+        # What is as slow as the tone changes is motion, unless it is sharp.
+        usual = close and over_s == window_s and within.sum() < HARMONIC_MOST * tone / harmonic**2
+        if within.sum() > HARMONIC_RATIO * chance and (
+            usual or (harmonic <= LOW_HARMONIC and _sharp(rest, folded, dt_s))
+        ):
+            rest = rest - _tone(rest, folded, dt_s, over_s)
+            last = harmonic
+    return rest
 
 
 def _fast(signal: Floats) -> Floats:
@@ -401,21 +422,20 @@ def _fast(signal: Floats) -> Floats:
 
 def _sharp(signal: Floats, frequency: float, dt_s: float) -> bool:
     """Whether ``signal`` has a line of a few bins' width at ``frequency`` (Hz)."""
-    power, at, floor = _spectrum(signal, dt_s)
+    power, at, floor = _spectrum(signal, dt_s, min(LEAST_HZ, 0.5 * frequency))
     near = np.abs(at - frequency) < 2.0 / (len(signal) * dt_s)
     return bool(near.any()) and float((power[near] / floor[near]).max()) > SHARP_RATIO
 
 
-def _spikes(left: Floats, least: float = SPIKE_SIGMA) -> NDArray[np.bool_]:
-    """(samples,) whether a sample is ``least`` times the usual distance from its neighbours.
+def _spikes(left: Floats) -> NDArray[np.bool_]:
+    """(samples,) whether a sample is far more than the usual distance from its neighbours.
 
     None where many more are half as far: that is noise with heavy tails.
     """
     fast = _fast(left)
     scale = max(1.4826 * float(np.median(fast)), 0.5)
-    hit: NDArray[np.bool_] = fast > least * scale
-    plain, half = fast > SPIKE_SIGMA * scale, fast > 0.5 * SPIKE_SIGMA * scale
-    if plain.sum() < SPIKE_PART * half.sum():
+    hit: NDArray[np.bool_] = fast > SPIKE_SIGMA * scale
+    if hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
         hit[:] = False
     return hit
 
