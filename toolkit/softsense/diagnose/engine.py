@@ -42,6 +42,8 @@ STATIC_KNOTS = 8
 BETWEEN_S = 10.0
 # Channels hear what others make of what they hear: each time less by the crosstalk's share.
 HEARINGS = 4
+# A residual that changes by less of its noise variance is searched once.
+SAME = 0.05
 
 
 @dataclass(frozen=True)
@@ -147,20 +149,23 @@ def diagnose(
     residual = real.codes.astype(np.float64) - smooth
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
-    hums = [] if "interference" in without else variance.hums(residual, motion)
-    quiet = variance.cleaned(residual, hums, motion)
+    plain = [f for f in variance.plain(residual, motion) if f.name not in without]
+    quiet = variance.cleaned(residual, plain, motion)
     channels = _channels(smooth, motion, quiet, own, sim.adc_bits, known)
     models = _searched(channels, known)
     left = residual - _said(channels, models[0])
     found = _found(left, models[0], residual, sim.codes - smooth, motion)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
-    if rest is not left or quiet is not residual:
-        # Spikes and lines had been taken for noise, or too much for a line: look again.
-        channels = _channels(smooth, motion, residual - left + rest, own, sim.adc_bits, known)
+    better = residual - left + rest
+    tones = [finding.value for finding in found if finding.name == "interference"]
+    again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
+    if again:
+        # Spikes and lines had been taken for noise, or too much for a line.
+        channels = _channels(smooth, motion, better, own, sim.adc_bits, known)
         models = _searched(channels, known)
         left = residual - _said(channels, models[0])
-        tones = [finding.value for finding in found if finding.name == "interference"]
+    if again or tones:
         found = _found(left, models[0], residual, sim.codes - smooth, motion, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]

@@ -30,6 +30,8 @@ MOTION_LINES = 10
 BEYOND_MOTION = 30.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
+# So many times as many are asked where edges of an effect may be among them.
+MANY = 3
 # Within so many samples an edge of what was explained is no spike.
 SPIKE_EDGE = 7
 # Where spikes of one shape are known smaller ones are spikes too.
@@ -125,7 +127,7 @@ def findings(
     that were found before, and need stand out no more than where nothing is explained.
     """
     unevenness = 8.0 if explained else 2.5
-    enough = 3 * SPIKE_COUNT if explained else SPIKE_COUNT
+    enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
     least = 2.0 if explained else LEAST_TONE
     spiky, lines, loud = [], {}, {}
     there = noise_rms(own)
@@ -175,17 +177,22 @@ def findings(
     return result
 
 
-def hums(residual: Floats, motion: Motion) -> list[Finding]:
-    """Loud tones of each channel that are plain before anything is explained.
+def plain(residual: Floats, motion: Motion) -> list[Finding]:
+    """Loud tones and many spikes of each channel that are seen before anything is explained.
 
-    What all channels have in common they would else seem to hear of each other.
+    What all channels have in common they would else seem to hear of each other, and what is sharp
+    would have to be explained again without it.
     """
     result = []
     for c in range(residual.shape[1]):
-        plain = _unspiked(residual[:, c])
-        line = _line(plain, motion.dt_s, LOUD_TONE, FAST_HZ)
-        if line is not None and not _moves(plain, motion, line):
+        signal = residual[:, c]
+        unspiked = _unspiked(signal)
+        line = _line(unspiked, motion.dt_s, LOUD_TONE, FAST_HZ)
+        if line is not None and not _moves(unspiked, motion, line):
             result.append(Finding("interference", (c,), line, "frequency_hz"))
+            signal = _toneless(unspiked, line, motion.dt_s) + signal - unspiked
+        if _spikes(signal).sum() >= MANY * SPIKE_COUNT:
+            result.append(Finding("spikes", (c,), 1.0, "channels with spikes"))
     return result
 
 
