@@ -392,6 +392,21 @@ def test_a_clock_that_is_late_has_seen_the_play_before_it() -> None:
     assert set(result.effects) == {"backlash", "delay"}
 
 
+def test_what_one_channel_knows_of_the_motion_helps_the_others() -> None:
+    """Beside a lag that is much larger, nobody would begin with so little slack and play."""
+    x, codes = clean(19)
+    taut = np.maximum(x - 0.01, 0.0)
+    played = np.empty(len(x))
+    played[0] = taut[0]
+    for k in range(1, len(x)):
+        played[k] = min(max(played[k - 1], taut[k] - 0.02), taut[k] + 0.02)
+    made = sensed(played)
+    made[:, 1:] = filtered(filtered(made[:, 1:], 0.3), 0.3)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"backlash", "lag"}
+    assert np.abs(change_of(result, 12) - (made - codes)).mean() < 0.65
+
+
 def test_a_small_effect_shows_beside_a_large_one_that_is_right() -> None:
     """A gain of 1.5 % under a step of 80 codes; these channels are all alike, and so it could be
     crosstalk."""

@@ -71,6 +71,8 @@ WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5
+# What one does may change from round to round by this share, or by the noise, in the end.
+UNSETTLED = 0.1
 # Of so many candidates what is near them is kept meanwhile.
 KEPT = 4
 # Stages whose effects act on each other: one circuit follows the other, and a clock that is late
@@ -229,18 +231,53 @@ class Channel:
             begun.append(self.best(names))
         if sum(all_effects()[name].stage == MOTION for name in names) > 1:
             begun.append(self._plain(names))
+        return self._upon_each_other_from(begun, fit)
+
+    def composed_with(self, fit: Fit, names: frozenset[str], moved: Mapping[str, Entry]) -> Fit:
+        """``fit``, or a cheaper one that begins with the motion as another channel knows it."""
+        begin = dict(self.entries)
+        for name, other in moved.items():
+            effect = all_effects()[name]
+            again = explained(self._asked(effect, self.nominal), name, other.number, other.near)
+            self.entries[name].append(replace(self._entry(again, other.number, other.near), at=()))
+            begin[name] = self.entries[name][-1:]
+        return self._upon_each_other_from([self._among(begin, names)], fit)
+
+    def motion_of(self, fit: Fit) -> dict[str, Entry]:
+        """The candidates of a fit that change the strain itself."""
+        picks = [pick for pick in fit.picks if all_effects()[pick[0]].stage == MOTION]
+        return {name: self.entries[name][number] for name, number in picks}
+
+    def _upon_each_other_from(self, begun: Sequence[Fit], fit: Fit) -> Fit:
+        """``fit``, or the cheapest that some rounds come to from ``begun``."""
         made = [fit]
         for begin in begun:
             for ordered in _orders(begin.picks):
                 now, picks, before = begin, ordered, np.inf
                 for _ in range(ROUNDS):
-                    now = self._composed(picks, now)
+                    then, now = now, self._composed(picks, now)
                     picks = now.picks
-                    made.append(now)
-                    if self.price(now) > before - self.effect_price:
+                    settled = self._settled(then, now)
+                    if settled:
+                        made.append(now)
+                    if settled and self.price(now) > before - self.effect_price:
                         break
                     before = self.price(now)
         return min(made, key=self.price)
+
+    def _settled(self, before: Fit, now: Fit) -> bool:
+        """Whether what others have acted on, of ``before``, is what effects do ``now``."""
+        said = {
+            name: self.entries[name][number].candidate.columns @ weights
+            for (name, number), weights in self.weighted(before)
+        }
+        # Nothing acts on what the last one does.
+        for (name, number), weights in self.weighted(now)[:-1]:
+            done = self.entries[name][number].candidate.columns @ weights
+            far = float(np.std(done - said[name]))
+            if far > max(UNSETTLED * float(np.std(done)), self.sigma):
+                return False
+        return True
 
     def _plain(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with candidates of one parameter and a weight of 1.
@@ -250,17 +287,30 @@ class Channel:
         """
         plain = {
             name: [
-                number
-                for number, entry in enumerate(self.entries[name])
+                entry
+                for entry in self.entries[name]
                 if entry.at and entry.candidate.fixed and len(entry.candidate.values) == 1
             ]
             for name in names - {WALK}
         }
+        return self._among(plain, names)
+
+    def _among(self, entries: Mapping[str, Sequence[Entry]], names: frozenset[str]) -> Fit:
+        """The cheapest fit of ``names`` side by side with candidates among these."""
         trial = copy(self)
-        trial._take({name: [self.entries[name][k] for k in plain[name]] for name in plain})
+        trial._take({name: entries[name] for name in names if name in entries})
         fit = trial.best(names)
-        picks = [(name, plain[name][number]) for name, number in fit.picks]
-        return replace(fit, picks=tuple(picks))
+        return replace(fit, picks=self._own(trial, fit.picks))
+
+    def _own(self, trial: Channel, picks: Sequence[Pick]) -> tuple[Pick, ...]:
+        """The picks of a ``trial``, whose candidates are among the entries from now on."""
+        chosen: list[Pick] = []
+        for name, number in picks:
+            if name != WALK:
+                self.entries[name].append(replace(trial.entries[name][number], at=()))
+                number = len(self.entries[name]) - 1
+            chosen.append((name, number))
+        return tuple(chosen)
 
     def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
         """The fit of one more round; its candidates are among the entries from now on."""
@@ -272,13 +322,7 @@ class Channel:
                 rest = [(n, k) for n, k in picks.items() if n != name]
                 picks[name] = trial._choose(rest, static, name)
         best = trial.fit(picks.items())
-        chosen: list[Pick] = []
-        for name, number in best.picks:
-            if name != WALK:
-                self.entries[name].append(replace(trial.entries[name][number], at=()))
-                number = len(self.entries[name]) - 1
-            chosen.append((name, number))
-        return replace(best, picks=tuple(chosen))
+        return replace(best, picks=self._own(trial, best.picks))
 
     def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit) -> Channel:
         """The channel with the candidates of ``fit`` upon what earlier stages do, each followed by

@@ -24,6 +24,7 @@ from softsense.diagnose.nominal import (
     Motion,
     denoise,
     history_basis,
+    history_weights,
     motion_of,
     noise_rms,
     nominals,
@@ -149,8 +150,11 @@ def diagnose(
     residual = real.codes.astype(np.float64) - smooth
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
-    plain = [f for f in variance.plain(residual, motion) if f.name not in without]
-    quiet = variance.cleaned(residual, plain, motion)
+    # Tones and spikes stand out more beside what the history of the motion does not tell.
+    told = history_basis(motion.strain, motion.dt_s) @ history_weights(residual, motion)
+    beside = residual - told
+    plain = [f for f in variance.plain(beside, motion) if f.name not in without]
+    quiet = told + variance.cleaned(beside, plain, motion) if plain else residual
     channels = _channels(smooth, motion, quiet, own, sim.adc_bits, known)
     models = _searched(channels, known)
     left = residual - _said(channels, models[0])

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from softsense.diagnose.channel import SHARE_OF_LEFT, WALK, Channel, all_at_once, beside_walk
-from softsense.diagnose.design import Fit
+from softsense.diagnose.design import Entry, Fit
 
 Names = frozenset[str]
 # Pairs begin with the most promising single effects, triples with the best pairs.
@@ -145,7 +145,35 @@ def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Mod
         return [channels[number].composed(made.fits[number], made.names) for made in several]
 
     by_channel = all_at_once(compose, range(len(channels)))
-    return [_priced(channels, fits) for fits in zip(*by_channel, strict=True)]
+    made = [list(fits) for fits in zip(*by_channel, strict=True)]
+
+    def together(number: int) -> list[Fit]:
+        channel, result = channels[number], []
+        for known, fits, before in zip(moved, made, several, strict=True):
+            fit = fits[number]
+            if known and channel.left(fit) > channel.effect_price:
+                fit = channel.composed_with(fit, before.names, known)
+            result.append(fit)
+        return result
+
+    # The strain is the same on all channels: where one says it well, others begin there.
+    moved = [_moved(channels, fits) for fits in made]
+    if any(moved):
+        made = [
+            list(fits) for fits in zip(*all_at_once(together, range(len(channels))), strict=True)
+        ]
+    return [_priced(channels, tuple(fits)) for fits in made]
+
+
+def _moved(channels: Sequence[Channel], fits: Sequence[Fit]) -> dict[str, Entry]:
+    """What the largest gap that ``fits`` explain says of the motion."""
+    well = [
+        (channel.excess, channel.motion_of(fit))
+        for channel, fit in zip(channels, fits, strict=True)
+        if channel.left(fit) < channel.effect_price
+    ]
+    said = [(excess, motion) for excess, motion in well if motion]
+    return max(said, key=lambda one: one[0])[1] if said else {}
 
 
 def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:

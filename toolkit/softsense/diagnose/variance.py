@@ -41,12 +41,14 @@ NEWS = 9
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.35
 # What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
-# of the spike at least, is below the other share by then, and below 0 soon if at all.
+# of the spike at least, is below the other share by then, and below 0 soon if at all. What is there
+# of a spike at the end is no more than the last share.
 BEFORE = 3
 TAIL = 40
 TAIL_LEAST = 0.2
 TAIL_END = 0.08
 TAIL_TURN = 3
+TAIL_STAYS = 0.2
 # And fades by so much from sample to sample at least.
 SPIKE_FADES = 0.95
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
@@ -280,6 +282,11 @@ def _shape(signal: Floats) -> Floats:
     before = signal[begins[:, None] - np.arange(1, BEFORE + 1)].mean(axis=1)
     after = signal[begins[:, None] + np.arange(TAIL)] - before[:, None]
     shape: Floats = after[:, 0] @ after / (after[:, 0] @ after[:, 0])
+    # Others nearby, and what is slow, are still there at its end.
+    stays = float(shape[-TAIL // 4 :].mean())
+    if abs(stays) > TAIL_STAYS:
+        return np.zeros(0)
+    shape = (shape - stays) / (1.0 - stays)
     there = np.abs(shape) > TAIL_END
     gone = np.flatnonzero(~(there[1:-2] | there[2:-1] | there[3:]))
     back = np.flatnonzero(shape < -TAIL_END)
