@@ -538,6 +538,16 @@ def test_a_low_harmonic_is_gone_with_its_tone() -> None:
         assert 2.0 * np.abs(np.mean(rest * np.exp(2j * np.pi * hertz * t))) < 0.1
 
 
+def test_noise_behind_a_curve_is_as_uneven_as_the_curve_is_steep() -> None:
+    x, codes = clean(9, 8000)
+    own, left = np.random.default_rng(16).normal(size=(2, *codes.shape))
+    left[:, 2] *= 0.2 + 1.2 * x
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = findings(left, left, own, motion, True)
+    assert (found.name, found.channels) == ("noise", (2,))
+    assert findings(left, left, own, motion, True, bent=[2]) == []
+
+
 def test_harmonics_are_gone_beside_what_is_slow_and_where_they_are() -> None:
     """A second that folds down to 0.15 Hz and a loud fifth, beside a drift far above the noise."""
     _, codes = clean(9, 8000)

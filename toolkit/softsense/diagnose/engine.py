@@ -43,6 +43,8 @@ STATIC_KNOTS = 8
 BETWEEN_S = 10.0
 # Channels hear what others make of what they hear: each time less by the crosstalk's share.
 HEARINGS = 4
+# Effects that are a curve of the code, noise included.
+CURVES = ("adc_nonlinearity", "saturation")
 # A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
 
@@ -374,4 +376,5 @@ def _found(
         explained=bool(best.names),
         walking=best.channels_of(WALK),
         heard=heard,
+        bent=[c for name in CURVES for c in best.channels_of(name)],
     )

@@ -118,6 +118,7 @@ def findings(
     explained: bool,
     walking: Sequence[int] = (),
     heard: Sequence[float] = (),
+    bent: Sequence[int] = (),
 ) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
@@ -126,7 +127,8 @@ def findings(
     only nearly right leaves edges and ripples: spikes and lines must then stand out more, and what
     swings with the motion is no line.
     ``walking``: channels with a random walk besides, which is left over too. ``heard``: tones (Hz)
-    that were found before, and need stand out no more than where nothing is explained.
+    that were found before, and need stand out no more than where nothing is explained. ``bent``:
+    channels behind a curve, which is steep for their noise where it is steep for them.
     """
     unevenness = 8.0 if explained else 2.5
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
@@ -161,7 +163,8 @@ def findings(
             spiky.append(c)
             rest = _unspiked(rest)
         level = float(noise_rms(rest[:, None])[0])
-        uneven = _uneven(rest, motion, unevenness) and not _uneven(own[:, c], motion, unevenness)
+        along = _covariates(motion)[1 if c in bent else 0 :]
+        uneven = _uneven(rest, along, unevenness) and not _uneven(own[:, c], along, unevenness)
         if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
             loud[c] = level
     result = []
@@ -543,12 +546,16 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
     return hertz if tone > least * noise else None
 
 
-def _uneven(left: Floats, motion: Motion, factor: float) -> bool:
-    """Whether the noise varies by ``factor`` (of power) with strain or with its rate."""
+def _covariates(motion: Motion) -> list[Floats]:
+    """(samples,) each of what noise may vary with: strain, and its rate."""
+    return [motion.strain, np.abs(np.gradient(motion.strain))]
+
+
+def _uneven(left: Floats, along: Sequence[Floats], factor: float) -> bool:
+    """Whether the noise varies by ``factor`` (of power) with any of ``along``."""
     fast = np.diff(left, 2, append=[left[-1]] * 2) / np.sqrt(6.0)
     square = fast**2
-    speed = np.abs(np.gradient(motion.strain))
-    for covariate in (motion.strain, speed):
+    for covariate in along:
         edges = np.quantile(covariate, [0.25, 0.75])
         quiet, loud = square[covariate <= edges[0]], square[covariate >= edges[1]]
         ratio = (loud.mean() + 0.05) / (quiet.mean() + 0.05)
