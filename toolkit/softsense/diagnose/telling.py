@@ -124,14 +124,14 @@ def tell(
     change = np.stack(
         [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
-    # Jumps and bumps have sharp edges, which look like spikes; and of what nobody knows some may
-    # look like tones.
+    # Jumps and bumps have sharp edges, which look like spikes, and in a walk like noise; and of what
+    # nobody knows some may look like tones.
     kinds = {finding.name for finding in found}
     edges = kinds <= {"spikes"}
     excess = sum(channel.excess * channel.sigma**2 for channel in channels)
     gap = float((raw**2).sum()) - raw.size * floor**2
     minor = kinds == {"interference"} and excess > UNKNOWN_SHARE * gap
-    unknown = jerky and (edges or minor)
+    unknown = jerky and (kinds <= {"spikes", "noise"} or minor)
     unspoken = not found or minor or (edges and bool(best.names))
     unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
