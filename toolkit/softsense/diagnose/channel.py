@@ -34,6 +34,8 @@ LEAST_GUARD = 0.15
 # So many times an effect's price more for a second one: what an equation leaves that is only nearly
 # right.
 SECOND_PRICE = 0.25
+# Per sample: what more effects may leave less than fewer by chance.
+LESS_LEFT = 0.02
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
@@ -196,6 +198,7 @@ class Channel:
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self._best: dict[frozenset[str], Fit] = {}
+        self._by_fewer: dict[int, bool] = {}
         self._within: dict[frozenset[str], Fit] = {}
 
     def zoom(self, chosen: Iterable[Pick]) -> None:
@@ -469,13 +472,28 @@ class Channel:
     def best(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with exactly the effects ``names``, one candidate of each.
 
-        Where no effect can pay the empty fit stands for all.
+        Where no effect can pay the empty fit stands for all, and where fewer effects say all that
+        there is, those do.
         """
         if self.excess < self.effect_price or not names <= {WALK, *self.entries}:
             names = frozenset()
+        if len(names) > 1 and WALK not in names and self._said_by_fewer(len(names)):
+            return min((self.best(names - {name}) for name in names), key=self.price)
         if names not in self._best:
             self._best[names] = self._search(names)
         return self._best[names]
+
+    def _said_by_fewer(self, count: int) -> bool:
+        """Whether so many effects would cost more than fewer do, even if they left the least."""
+        if count not in self._by_fewer:
+            known = [names for names in self._best if WALK not in names and len(names) < count]
+            if sum(len(names) == 1 for names in known) < len(self.entries.keys() - {WALK}):
+                return False
+            fits = [self._best[names] for names in known]
+            least = min(map(self.left, fits)) - LESS_LEFT * self.samples
+            more = (count + SECOND_PRICE * (count - 1)) * self.effect_price
+            self._by_fewer[count] = min(map(self.price, fits)) < self.samples + least + more
+        return self._by_fewer[count]
 
     def _search(self, names: frozenset[str]) -> Fit:
         if not names:

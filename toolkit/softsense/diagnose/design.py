@@ -136,14 +136,15 @@ class Design:
         if name in self._laid:
             return
         self._laid.add(name)
-        span, rows = self._spans[name], np.stack(self._parts[name])
+        span = self._spans[name]
+        rows = np.stack(self._parts[name], out=self._rows[span])
         if self._gain is not None:
-            rows = innovations(rows.T, self._gain).T
+            rows[:] = innovations(rows.T, self._gain).T
         scale = np.sqrt(np.einsum("ij,ij->i", rows, rows) / self.samples) + 1e-12
         if name == BASE:
             scale[0] = 1.0
         self._scale[span] = scale
-        np.divide(rows, scale[:, None], out=self._rows[span])
+        rows /= scale[:, None]
 
     def _multiply(self, first: str, second: str) -> None:
         """See to it that the products of two effects' columns are there.

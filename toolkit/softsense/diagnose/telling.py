@@ -124,8 +124,8 @@ def tell(
     change = np.stack(
         [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
     )
-    # Jumps and bumps have sharp edges, which look like spikes, and in a walk like noise; and of what
-    # nobody knows some may look like tones.
+    # Jumps and bumps have sharp edges, which look like spikes, and in a walk like noise; and of
+    # what nobody knows some may look like tones.
     kinds = {finding.name for finding in found}
     edges = kinds <= {"spikes"}
     excess = sum(channel.excess * channel.sigma**2 for channel in channels)
