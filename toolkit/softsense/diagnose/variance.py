@@ -152,13 +152,14 @@ def findings(
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
             news = _news(rest) if c in walking else rest
-        # Tails pass for a walk, and are what it does not foretell.
-        rest = rest if c in walking and not _spikes(news).any() else news
-        hit = _spikes(rest)
+        # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
+        sharp = rest if c in walking and not _spikes(news).any() else news
+        hit = _spikes(sharp)
         # What was explained may jump a moment early or late.
         said = residual[:, c] - left[:, c]
         jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
-        hit &= _fast(rest) > jumps
+        hit &= _fast(sharp) > jumps
+        rest = news
         if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
