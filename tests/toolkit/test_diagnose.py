@@ -13,6 +13,7 @@ from scipy.signal import butter, lfilter
 import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose
+from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
     history_basis,
@@ -645,6 +646,20 @@ def test_two_effects_are_both_named() -> None:
     both = hide(x, hide(x, codes, "drift"), "delay")
     result = diagnose(recorded(x, codes, 1), recorded(x, both, 2))
     assert set(result.effects) == {"drift", "delay"}
+
+
+def test_where_fewer_effects_say_all_no_more_are_missed(monkeypatch) -> None:
+    """One effect alone on one channel, beside another on the next: what is not looked at would not
+    have paid."""
+    x, codes = clean(4)
+    made = hide(x, hide(x, codes, "drift"), "overshoot")
+    sim, real = recorded(x, codes, 1), recorded(x, made, 2)
+    quick = diagnose(sim, real)
+    monkeypatch.setattr(Channel, "_said_by_fewer", lambda channel, count: False)
+    whole = diagnose(sim, real)
+    assert set(quick.effects) == {"drift", "overshoot"}
+    assert quick.state_json() == whole.state_json()
+    assert quick.data["after"] == whole.data["after"]
 
 
 @pytest.mark.parametrize("keep", [slice(None), slice(None, None, 3)])
