@@ -34,7 +34,7 @@ LEAST_GUARD = 0.15
 # So many times an effect's price more for a second one: what an equation leaves that is only nearly
 # right.
 SECOND_PRICE = 0.25
-# Per sample: what more effects may leave less than fewer by chance.
+# Per sample: what more effects may leave less than noise, or than fewer, by chance.
 LESS_LEFT = 0.02
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
@@ -484,13 +484,13 @@ class Channel:
         return self._best[names]
 
     def _said_by_fewer(self, count: int) -> bool:
-        """Whether so many effects would cost more than fewer do, even if they left the least."""
+        """Whether so many effects would cost more than fewer do, even if they left just noise."""
         if count not in self._by_fewer:
             known = [names for names in self._best if WALK not in names and len(names) < count]
             if sum(len(names) == 1 for names in known) < len(self.entries.keys() - {WALK}):
                 return False
             fits = [self._best[names] for names in known]
-            least = min(map(self.left, fits)) - LESS_LEFT * self.samples
+            least = min(0.0, *map(self.left, fits)) - LESS_LEFT * self.samples
             more = (count + SECOND_PRICE * (count - 1)) * self.effect_price
             self._by_fewer[count] = min(map(self.price, fits)) < self.samples + least + more
         return self._by_fewer[count]
