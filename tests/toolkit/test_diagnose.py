@@ -22,7 +22,7 @@ from softsense.diagnose.nominal import (
     nominals,
     reference_of,
 )
-from softsense.diagnose.variance import Finding, cleaned, findings, jerky, plain
+from softsense.diagnose.variance import Finding, cleaned, evident, findings, jerky
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
@@ -590,7 +590,7 @@ def test_a_tone_whose_frequency_moves_is_a_tone(size: float) -> None:
     assert (found.name, found.channels) == ("interference", (2,))
     assert found.value == pytest.approx(4.2, abs=0.02)
     assert cleaned(left, [found], motion).std() == pytest.approx(1.0, rel=0.05)
-    loud = [(hum.channels, round(hum.value, 1)) for hum in plain(left, motion)]
+    loud = [(hum.channels, round(hum.value, 1)) for hum in evident(left, motion)]
     assert loud == ([((2,), 4.2)] if size > 2.0 else [])
 
 

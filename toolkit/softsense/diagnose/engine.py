@@ -24,12 +24,12 @@ from softsense.diagnose.nominal import (
     Motion,
     denoise,
     history_basis,
-    history_weights,
     motion_of,
     noise_rms,
     nominals,
     reference_of,
     spline_basis,
+    told,
 )
 from softsense.diagnose.search import Model, search
 from softsense.effects import Nominal, all_effects
@@ -153,10 +153,10 @@ def diagnose(
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
     # Tones and spikes stand out more beside what the history of the motion does not tell.
-    told = history_basis(motion.strain, motion.dt_s) @ history_weights(residual, motion)
-    beside = residual - told
-    plain = [f for f in variance.plain(beside, motion) if f.name not in without]
-    quiet = told + variance.cleaned(beside, plain, motion) if plain else residual
+    slow = told(residual, motion)
+    beside = residual - slow
+    plain = [f for f in variance.evident(beside, motion) if f.name not in without]
+    quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
     channels = _channels(smooth, motion, quiet, own, sim.adc_bits, known)
     models = _searched(channels, known)
     left = residual - _said(channels, models[0])

@@ -128,12 +128,18 @@ def history_weights(codes: Floats, motion: Motion) -> Floats:
     return weights
 
 
+def told(codes: Floats, motion: Motion) -> Floats:
+    """(samples, channels) what the history of the motion tells of ``codes``."""
+    result: Floats = history_basis(motion.strain, motion.dt_s) @ history_weights(codes, motion)
+    return result
+
+
 def denoise(codes: Floats, motion: Motion) -> Floats:
     """(samples, channels) nominal codes as a smooth function of strain and its history.
 
     The noise of the simulated codes is left out, which would otherwise look like a lag.
     """
-    smooth: Floats = history_basis(motion.strain, motion.dt_s) @ history_weights(codes, motion)
+    smooth = told(codes, motion)
     # What this cannot say is kept, averaged over two thirds of a second.
     left = codes - smooth
     smooth += np.stack([np.convolve(column, AVERAGE, "same") for column in left.T], axis=1)

@@ -146,6 +146,8 @@ def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Mod
 
     by_channel = all_at_once(compose, range(len(channels)))
     made = [list(fits) for fits in zip(*by_channel, strict=True)]
+    # The strain is the same on all channels: where one says it well, others begin there.
+    moved = [_moved(channels, fits) for fits in made]
 
     def together(number: int) -> list[Fit]:
         channel, result = channels[number], []
@@ -156,8 +158,6 @@ def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Mod
             result.append(fit)
         return result
 
-    # The strain is the same on all channels: where one says it well, others begin there.
-    moved = [_moved(channels, fits) for fits in made]
     if any(moved):
         made = [
             list(fits) for fits in zip(*all_at_once(together, range(len(channels))), strict=True)

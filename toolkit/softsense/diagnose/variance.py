@@ -134,7 +134,7 @@ def findings(
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
     least = 2.0 if explained else LEAST_TONE
     spiky, lines, loud = [], {}, {}
-    there = noise_rms(own)
+    there, covariates = noise_rms(own), _covariates(motion)
     for c in range(left.shape[1]):
         # Each is looked for without the others: a tone hides spikes, and both pass for noise.
         rest = left[:, c]
@@ -164,7 +164,7 @@ def findings(
             spiky.append(c)
             rest = _unspiked(rest)
         level = float(noise_rms(rest[:, None])[0])
-        along = _covariates(motion)[1 if c in bent else 0 :]
+        along = covariates[1:] if c in bent else covariates
         uneven = _uneven(rest, along, unevenness) and not _uneven(own[:, c], along, unevenness)
         if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
             loud[c] = level
@@ -183,7 +183,7 @@ def findings(
     return result
 
 
-def plain(residual: Floats, motion: Motion) -> list[Finding]:
+def evident(residual: Floats, motion: Motion) -> list[Finding]:
     """Loud tones and many spikes of each channel that are seen before anything is explained.
 
     What all channels have in common they would else seem to hear of each other, and what is sharp
