@@ -18,6 +18,10 @@ BESIDE = (0.1, 0.2, 0.3)
 SLACK = (0.25, 0.5, 1.0)
 # How long faces that give way take.
 CLOSING_S = (0.04, 0.08, 0.15)
+# How gradually elastic ones take hold, as shares of the width.
+SOFTNESSES = (0.1, 0.18, 0.3)
+# Of a move from one sample to the next.
+PARTS = 3
 
 
 def simulate(
@@ -47,6 +51,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     wider = width * np.geomspace(0.9, 1.4, 14)
     made = _traces(nominal, near) + _dead(nominal, near[::2])
     made += _worn(nominal, near[3::4]) + _sprung(nominal, wider) + _slack(nominal, near[1::2])
+    made += _soft(nominal, width * np.geomspace(0.8, 1.6, 8))
     # What is late besides makes play look wider than it is.
     return made + _damped(nominal, width * np.geomspace(0.3, 1.1, 9))
 
@@ -120,6 +125,35 @@ def _beside_spring(nominal: Nominal, width: float, beside: float) -> Floats:
     played = _played(nominal, width)
     moved: Floats = played + beside * (nominal.strain - played)
     return moved
+
+
+def _soft(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Play between elastic faces, which pass on more and more of a move where it reaches them."""
+    result = []
+    for width in widths:
+        for softness in SOFTNESSES:
+            values = {"width": float(width), "softness": softness}
+            moved = partial(_pressing, nominal.strain, float(width), softness * float(width))
+            result.append(_trace(nominal, moved, values, "soft"))
+    return result
+
+
+@compiled
+def _pressing(strain: Floats, width: float, softness: float) -> Floats:
+    """(samples,) play that passes on 1 / (1 + exp(-over / softness)) of a move so far ``over`` half
+    its width."""
+    output = np.empty_like(strain)
+    x = y = strain[0]
+    for k in range(len(strain)):
+        move = (strain[k] - x) / PARTS
+        for _ in range(PARTS):
+            # As it is in the middle of this part of the move.
+            x += 0.5 * move
+            ahead = x - y if move > 0.0 else y - x
+            y += move / (1.0 + np.exp((0.5 * width - ahead) / softness))
+            x += 0.5 * move
+        output[k] = y
+    return output
 
 
 def _damped(nominal: Nominal, widths: Floats) -> list[Candidate]:
