@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,8 +12,10 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 # Widths of the knee as shares of the signal's range, and what is tried near one.
 KNEES = np.array([0.0, 0.02, 0.06, 0.15])
 NEAR = np.array([0.6, 0.8, 1.0, 1.3, 1.7])
-# How far above the lowest signal a lower rail may be, as shares of the range.
-BOTTOMS = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
+# How far inside the signal's range a second rail may be, as shares of it.
+INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
+# What of the signal comes through beyond a rail.
+THROUGH = (0.05, 0.1, 0.15)
 
 
 def simulate(
@@ -27,33 +30,75 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """What is cut off above a level, weight 1, hard or with a soft knee."""
+    """What is cut off above a level or below one, weight 1, hard or with a soft knee."""
     levels = nominal.low + np.linspace(0.5, 0.99, 25) * nominal.span
-    return _traces(nominal, levels, KNEES * nominal.span)
+    bottoms = nominal.low + np.linspace(0.01, 0.5, 25) * nominal.span
+    knees = KNEES * nominal.span
+    return _traces(nominal, levels, knees) + _lower(nominal, bottoms, knees[:2])
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one level and one knee; or a lower rail besides."""
-    level, knee = values["level"] * nominal.full_scale, values["knee"] * nominal.full_scale
-    levels = level + np.linspace(-0.02, 0.02, 11) * nominal.span
+    """The same around one level and one knee, also where a part comes through; or a lower rail
+    besides."""
+    around = np.linspace(-0.02, 0.02, 11) * nominal.span
+    knee = values["knee"] * nominal.full_scale
     knees = knee * NEAR if knee else KNEES[:2] * nominal.span
+    if "level" not in values:
+        bottoms = values["bottom"] * nominal.full_scale + around
+        made = _lower(nominal, bottoms, knees)
+        levels = nominal.low + (1.0 - INSIDE) * nominal.span
+        return made + _leaking(made) + _between(nominal, levels, knees[:1], bottoms[::3])
+    levels = values["level"] * nominal.full_scale + around
     if "bottom" in values:
-        near = values["bottom"] * nominal.full_scale + np.linspace(-0.02, 0.02, 5) * nominal.span
+        near = values["bottom"] * nominal.full_scale + around[1::2]
         return _between(nominal, levels[1::2], knees[:1], near)
-    bottoms = nominal.low + BOTTOMS * nominal.span
-    return _traces(nominal, levels, knees) + _between(nominal, levels[::3], knees[:1], bottoms)
+    made = _traces(nominal, levels, knees)
+    bottoms = nominal.low + INSIDE * nominal.span
+    return made + _leaking(made) + _between(nominal, levels[::3], knees[:1], bottoms)
 
 
 def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
     result = []
     for level in levels:
-        over = nominal.u - level
         for knee in knees:
-            cut = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
-            parameters = {"level": level, "knee": knee}
-            values = {key: float(v / nominal.full_scale) for key, v in parameters.items()}
-            result.append(Candidate(-cut[:, None], values, fixed=True))
+            values = {"level": level / nominal.full_scale, "knee": knee / nominal.full_scale}
+            column = -_beyond(nominal.u - level, knee)[:, None]
+            result.append(Candidate(column, _numbers(values), fixed=True))
     return result
+
+
+def _lower(nominal: Nominal, bottoms: Floats, knees: Floats) -> list[Candidate]:
+    result = []
+    for bottom in bottoms:
+        for knee in knees:
+            values = {"bottom": bottom / nominal.full_scale, "knee": knee / nominal.full_scale}
+            column = _beyond(bottom - nominal.u, knee)[:, None]
+            result.append(Candidate(column, _numbers(values), "lower_rail", fixed=True))
+    return result
+
+
+def _numbers(values: Mapping[str, float]) -> dict[str, float]:
+    return {key: float(value) for key, value in values.items()}
+
+
+def _beyond(over: Floats, knee: float) -> Floats:
+    """(samples,) what is ``over`` a rail, and more of it the closer it comes within a ``knee``."""
+    cut: Floats = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
+    return cut
+
+
+def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """The same where a part of what is beyond the rail comes through."""
+    return [
+        replace(
+            candidate,
+            columns=(1.0 - through) * candidate.columns,
+            values={**candidate.values, "through": through},
+            form="leaking",
+        )
+        for candidate in candidates
+        for through in THROUGH
+    ]
 
 
 def _between(nominal: Nominal, levels: Floats, knees: Floats, bottoms: Floats) -> list[Candidate]:
@@ -74,7 +119,7 @@ EFFECT = Effect(
     mechanism="the front end runs into its rail",
     equation="hard: min(u, m); soft: m - k ln(1 + exp((m - u)/k))",
     source="ideal limiter; softplus as its smooth form",
-    fingerprint="static, only at the top",
+    fingerprint="static, only at one end",
     parameters=(
         Parameter("level", "share of ADC scale", 0.3, 1.0, 0.6, "highest reading m"),
         Parameter("knee", "share of ADC scale", 0.002, 0.1, 0.02, "soft: width k of the knee"),
