@@ -14,6 +14,8 @@ MOST = 0.25
 # The same of what comes late, and of what comes through a capacitance as it would without effects.
 MOST_LATE = 0.5
 MOST_COUPLED = 1.0
+# And of the others together where they pull down a reference.
+MOST_PULLED = 0.5
 # Time constants of the wire that a share comes through, and of the capacitor that lets only what is
 # faster through.
 WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
@@ -79,6 +81,10 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                 # The more, the higher its own resistance is.
                 loaded = np.stack([instead, instead * nominal.share[keep]], axis=1)
                 result.append(Candidate(loaded, source, "loaded", curved=True, largest=most))
+                # And what a capacitance beside the resistance lets through.
+                change = np.gradient(nominal.codes[:, other])[keep] / nominal.dt_s
+                both = np.stack([alone, change], axis=1)
+                result.append(Candidate(both, source, "capacitive", positive=True, largest=most))
         if channels > 2:
             # The sampling capacitor keeps some of the one before that, too.
             one, two = codes[:, nominal.channel - 1], codes[:, nominal.channel - 2]
@@ -90,6 +96,11 @@ def _shares(nominal: Nominal) -> list[Candidate]:
         result.append(Candidate((together - u)[:, None], {}, "supply", largest=most))
         sagging = u * together / nominal.full_scale
         result.append(Candidate(sagging[:, None], {}, "supply", largest=most))
+        # A reference that every other one pulls from where it was at rest.
+        pulls = codes - nominal.reference.rest
+        others = u * (pulls.sum(axis=1) - pulls[:, nominal.channel]) / nominal.full_scale
+        most = min(most, MOST_PULLED)
+        result.append(Candidate(others[:, None], {}, "reference", largest=most))
     return result
 
 
