@@ -17,6 +17,8 @@ from softsense.effects import (
 )
 
 _REFERENCE_CYCLES = 100.0
+# No divider goes closer to its ends, as a share of the converter's range.
+EDGE = 0.01
 
 
 def simulate(
@@ -40,12 +42,14 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """In proportion to the signal: constant, or growing with time or with the way gone."""
+    """In proportion to the signal: constant, or growing with time or with the way gone; or to the
+    resistance, whose voltage is read behind a divider."""
     t = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
     way = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
     moved = nominal.u - nominal.rest
     return [
         Candidate(moved[:, None], {}, "constant"),
+        *_divided(nominal),
         Candidate((moved * t)[:, None], {}, "ageing"),
         Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
         Candidate((moved * np.sqrt(way))[:, None], {}, "cycles"),
@@ -60,6 +64,19 @@ def explain(nominal: Nominal) -> list[Candidate]:
             for order in (1.5, 2.0)
         ),
     ]
+
+
+def _divided(nominal: Nominal) -> list[Candidate]:
+    """What a little more of a resistance's change makes where it is the lower or the upper one."""
+    ends = EDGE, 1.0 - EDGE
+    low = np.clip(nominal.u / nominal.full_scale, *ends)
+    rest = np.clip(nominal.rest / nominal.full_scale, *ends)
+    result = []
+    for share, at_rest in ((low, rest), (1.0 - low, 1.0 - rest)):
+        change = share / (1.0 - share) - at_rest / (1.0 - at_rest)
+        column = change * (1.0 - share) ** 2 * nominal.full_scale
+        result.append(Candidate(column[:, None], {}, "divided"))
+    return result
 
 
 EFFECT = Effect(

@@ -18,6 +18,8 @@ HALVES_PER_S = (0.03, 0.1, 0.3)
 QUICK = 0.25
 QUICK_POWERS = (0.65, 0.9, 1.2)
 BACK = (0.6, 1.0)
+# A slower dashpot is what relaxes.
+SLOWEST_DASHPOT_S = 1.5
 
 
 def simulate(
@@ -105,14 +107,28 @@ def _quick(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
 
 def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
-    ways = np.stack([np.maximum(nominal.rate, 0.0), np.maximum(-nominal.rate, 0.0)], axis=1)
+    """More of one direction than of the other: what each breaks, or a dashpot's force does."""
+    ways = _ways(nominal.rate)
     sides = {}
     for tau_s in dict.fromkeys((*taus_s, *(tau for taus in LADDERS_S for tau in taus))):
         y = low_pass(ways, nominal.dt_s, np.full(2, tau_s), None, rest=np.zeros(2))[0]
         sides[tau_s] = y[nominal.keep] * nominal.span
     found = [({"tau_s": tau_s}, sides[tau_s]) for tau_s in taus_s]
     found += [({}, np.concatenate([sides[tau_s] for tau_s in taus], axis=1)) for taus in LADDERS_S]
-    return [Candidate(columns, values, "one_way", parallel=True) for values, columns in found]
+    result = [Candidate(columns, values, "one_way", parallel=True) for values, columns in found]
+    for tau_s in taus_s:
+        if tau_s > SLOWEST_DASHPOT_S:
+            continue
+        # What of the strain a dashpot has not followed yet.
+        behind = low_pass(nominal.strain[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+        columns = _ways(nominal.strain - behind)[nominal.keep] * nominal.span
+        result.append(Candidate(columns, {"tau_s": tau_s}, "viscous", parallel=True))
+    return result
+
+
+def _ways(signal: Floats) -> Floats:
+    """(samples, 2) its size where it is above 0, and where it is below."""
+    return np.stack([np.maximum(signal, 0.0), np.maximum(-signal, 0.0)], axis=1)
 
 
 EFFECT = Effect(

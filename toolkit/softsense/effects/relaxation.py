@@ -23,7 +23,7 @@ LADDERS = (
     (0.6, 1.5, 4.0, 12.0, 36.0, 120.0),
     (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
 )
-BENDS = (-0.4, 0.4, 1.0)
+BENDS = (-1.4, 0.6, 1.2, 2.0)
 # Time constants of a rising signal, and how many times as long a falling one takes.
 PACES_S = (2.0, 4.0, 8.0, 16.0, 32.0)
 RECOVERIES = (0.4, 0.6, 1.7, 2.5)
@@ -72,11 +72,23 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     stretched further relaxes more than in proportion); and a part that relaxes at another pace
     than it recovers."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
-    curves = [nominal.u + bend * nominal.share * (nominal.u - nominal.low) for bend in BENDS]
+    share = nominal.share
+    curves = [np.expm1(bend * share) / np.expm1(bend) * nominal.span for bend in BENDS]
+    # Springs that are not as they were lie beside what relaxes.
+    spring = share[:, None] ** np.arange(4) * nominal.span
+    beside = [
+        _relaxed(nominal, signal, taus) for signal in (nominal.u, *curves) for taus in LADDERS[1:3]
+    ]
     return [
         *_singles(nominal, near),
         *(_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS),
         *(_prony(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
+        *(
+            Candidate(
+                np.concatenate([columns, spring], axis=1), {}, "sprung", curved=True, pliable=True
+            )
+            for columns in beside
+        ),
         *_uneven(nominal),
     ]
 
