@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,13 @@ from scipy.signal import butter, lfilter
 
 import softsense as ss
 from softsense.cli.main import main
-from softsense.diagnose import augment, diagnose
+from softsense.diagnose import augment, diagnose, folder
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
     history_basis,
     history_weights,
+    lost_codes,
     motion_of,
     nominals,
     reference_of,
@@ -365,6 +367,61 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
 
 
+def test_what_is_elastic_leaks_or_gives_way_keeps_its_name() -> None:
+    """Play between elastic faces, a lower rail that a part gets past, a neighbour through a
+    resistance and a capacitance, a dashpot's force whichever way it goes, and a relaxing part of a
+    curved spring that is not as it was."""
+    x, codes = clean(14)
+    pressed, y, fine = [], x[0], np.interp(np.arange(8 * len(x) - 7) / 8.0, np.arange(len(x)), x)
+    for before, now in pairwise(fine):
+        over = (now - y) * np.sign(now - before) - 0.03
+        y += (now - before) / (1.0 + np.exp(-over / 0.008))
+        pressed.append(y)
+    played = np.array([x[0], *pressed[7::8]])
+    bottom = np.quantile(codes, 0.2, axis=0)
+    wired = codes.copy()
+    wired[:, 1] += 0.04 * (codes[:, 0] - codes[0, 0]) + 0.01 * np.gradient(codes[:, 0]) * RATE_HZ
+    behind = (x[:, None] - filtered(x[:, None], 0.7))[:, 0]
+    force = np.where(behind > 0.0, behind, -0.4 * behind)
+    share = (codes - codes.min(axis=0)) / np.ptp(codes, axis=0)
+    curved = np.expm1(1.5 * share) / np.expm1(1.5)
+    relaxing = filtered(curved, 2.0) + filtered(curved, 20.0) - 2.0 * curved
+    for name, made in (
+        ("backlash", sensed(played)),
+        ("saturation", np.where(codes < bottom, bottom + 0.1 * (codes - bottom), codes)),
+        ("crosstalk", wired),
+        ("overshoot", codes + 150.0 * force[:, None]),
+        ("relaxation", codes + 30.0 * relaxing + 20.0 * share**2 - 10.0 * share),
+    ):
+        assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
+
+
+@pytest.mark.parametrize("read", ["below", "nearest"])
+def test_codes_that_never_occur_are_the_converters(read: str, tmp_path: Path) -> None:
+    """The converter of two channels gives one code of 40, and says so on the next motion too."""
+
+    def lost(recording: Recording) -> Recording:
+        codes = recording.codes.copy()
+        whole = codes[:, :2] / 40.0
+        codes[:, :2] = 40 * (np.floor(whole) if read == "below" else np.rint(whole))
+        return replace(recording, codes=codes)
+
+    x, codes = clean(18, SAMPLES + 2000)
+    now, then = slice(0, SAMPLES), slice(SAMPLES, None)
+    sim, real = recorded(x[now], codes[now], 1), recorded(x[now], codes[now], 2)
+    assert not len(lost_codes(real, sim))
+    result = diagnose(sim, lost(real))
+    assert result.effects == ("adc_nonlinearity",)
+    assert result.data["effects"][0]["channels"] == ["s1", "s2"]
+    assert not result.data["unexplained"]["unknown_effect"]
+    folder.write(result, sim, lost(real), tmp_path / "found")
+    sim2, real2 = recorded(x[then], codes[then], 3), lost(recorded(x[then], codes[then], 4))
+    later = augment(folder.read(tmp_path / "found"), sim2).codes - real2.codes
+    before = sim2.codes - real2.codes
+    # The noise of both decides which code it is next to a threshold.
+    assert (later[:, :2] ** 2).sum() < 0.55 * (before[:, :2] ** 2).sum()
+
+
 def test_a_material_feels_the_strain_that_comes_late() -> None:
     """Its loops turn when the strain does that reaches it."""
     x, codes = clean(16)
@@ -668,7 +725,9 @@ def test_a_channel_responds_as_the_history_of_the_motion_has_it(keep: slice) -> 
     motion = motion_of(x, 1 / RATE_HZ, 0.0, None)
     played = np.maximum(motion.strain - 0.1, 0.0)
     said = history_basis(played, motion.dt_s) @ history_weights(codes, motion)
-    for channel, one in enumerate(nominals(codes, codes, motion, 12, reference_of(codes, motion))):
+    for channel, one in enumerate(
+        nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))
+    ):
         np.testing.assert_allclose(one.respond(played, keep), said[keep, channel], atol=1e-6)
 
 
@@ -765,7 +824,7 @@ def test_every_effect_that_explains_says_finite_columns() -> None:
     x, codes = clean(2, 1500)
     sim = recorded(x, codes, 1)
     motion = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None)
-    nominal = nominals(codes, codes, motion, 12, reference_of(codes, motion))[0]
+    nominal = nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))[0]
     for name, effect in all_effects().items():
         for candidate in effect.explain(nominal) if effect.explain else ():
             assert candidate.columns.shape[0] == len(x), name

@@ -24,6 +24,7 @@ from softsense.diagnose.nominal import (
     Motion,
     denoise,
     history_basis,
+    lost_codes,
     motion_of,
     noise_rms,
     nominals,
@@ -32,7 +33,8 @@ from softsense.diagnose.nominal import (
     told,
 )
 from softsense.diagnose.search import Model, search
-from softsense.effects import Nominal, all_effects
+from softsense.effects import Nominal, Reference, all_effects
+from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
 from softsense.recording import Recording
@@ -45,6 +47,8 @@ BETWEEN_S = 10.0
 HEARINGS = 4
 # Effects that are a curve of the code, noise included.
 CURVES = ("adc_nonlinearity", "saturation")
+# How much louder a recording may be than its simulation, where lost codes hide how loud it is.
+LOUDER = 1.5
 # A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
 
@@ -71,13 +75,15 @@ class Trace:
 class Past:
     """The motion that was diagnosed: the next one goes on from where it left the material.
 
-    ``target`` (samples,) in the recording's unit; ``codes`` (samples, channels) noiseless.
+    ``target`` (samples,) in the recording's unit; ``codes`` (samples, channels) noiseless;
+    ``lost`` (stretches, 3) of the converter's codes (``nominal.lost_codes``).
     """
 
     target: Floats
     codes: Floats
     dt_s: float
     start_s: float
+    lost: Floats
 
 
 @dataclass(frozen=True, repr=False)
@@ -150,17 +156,19 @@ def diagnose(
     motion = motion_of(sim.target[:, 0], sim.dt_s, start_s, temp_c)
     smooth = denoise(sim.codes.astype(np.float64), motion)
     residual = real.codes.astype(np.float64) - smooth
+    lost = lost_codes(real, sim)
+    reference, coarse = reference_of(smooth, motion, lost), sorted({int(c) for c in lost[:, 0]})
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)
     beside = residual - slow
-    plain = [f for f in variance.evident(beside, motion) if f.name not in without]
+    plain = [f for f in variance.evident(beside, motion, coarse) if f.name not in without]
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
-    channels = _channels(smooth, motion, quiet, own, sim.adc_bits, known)
+    channels = _channels(smooth, motion, quiet, own, reference, sim.adc_bits, known)
     models = _searched(channels, known)
     left = residual - _said(channels, models[0])
-    found = _found(left, models[0], residual, sim.codes - smooth, motion)
+    found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
@@ -168,11 +176,11 @@ def diagnose(
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
     if again:
         # Spikes and lines had been taken for noise, or too much for a line.
-        channels = _channels(smooth, motion, better, own, sim.adc_bits, known)
+        channels = _channels(smooth, motion, better, own, reference, sim.adc_bits, known)
         models = _searched(channels, known)
         left = residual - _said(channels, models[0])
     if again or tones:
-        found = _found(left, models[0], residual, sim.codes - smooth, motion, tones)
+        found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     from softsense.diagnose.telling import tell
@@ -227,7 +235,8 @@ def change_of(diagnosis: Diagnosis, bits: int) -> Floats:
 def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> Floats:
     """Codes (samples, channels) that the diagnosed effects add."""
     change = np.zeros_like(smooth)
-    reference = reference_of(smooth[: len(diagnosis.past.target)], motion)
+    past = diagnosis.past
+    reference = reference_of(smooth[: len(past.target)], motion, past.lost)
     made = nominals(smooth, smooth, motion, bits, reference)
     hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
     for _ in range(HEARINGS if hearing else 1):
@@ -341,17 +350,35 @@ def _searched(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
 
 
 def _channels(
-    smooth: Floats, motion: Motion, residual: Floats, own: Floats, bits: int, known: Sequence[str]
+    smooth: Floats,
+    motion: Motion,
+    residual: Floats,
+    own: Floats,
+    reference: Reference,
+    bits: int,
+    known: Sequence[str],
 ) -> list[Channel]:
-    sigma, curve = noise_rms(residual), _curve(motion)
-    made = nominals(smooth, smooth + residual, motion, bits, reference_of(smooth, motion))
+    curve = _curve(motion)
+    made = nominals(smooth, smooth + residual, motion, bits, reference)
+    sigma = [_noise(*each) for each in zip(made, noise_rms(residual), np.sqrt(own), strict=True)]
     history = history_basis(motion.strain, motion.dt_s)
 
     def channel(number: int) -> Channel:
-        level, square = float(sigma[number]), float(own[number])
+        level, square = sigma[number], float(own[number])
         return Channel(made[number], residual[:, number], level, curve, known, square, history)
 
     return all_at_once(channel, range(len(made)))
+
+
+def _noise(nominal: Nominal, level: float, own: float) -> float:
+    """The noise ``level`` of a residual, or what lost codes make of the simulation's ``own``.
+
+    What they make of the signal itself is no noise, and looks like it.
+    """
+    if not len(nominal.lost):
+        return float(level)
+    codes, _, square = read_instead(nominal.lost, "nearest", LOUDER * own)
+    return float(min(level, np.sqrt(np.interp(nominal.u, codes, square).mean())))
 
 
 def _said(channels: Sequence[Channel], best: Model) -> Floats:
@@ -365,6 +392,7 @@ def _found(
     residual: Floats,
     own: Floats,
     motion: Motion,
+    coarse: Sequence[int],
     heard: Sequence[float] = (),
 ) -> list[variance.Finding]:
     """What has no mean, in ``left``, which the effects leave over of ``residual``."""
@@ -377,4 +405,5 @@ def _found(
         walking=best.channels_of(WALK),
         heard=heard,
         bent=[c for name in CURVES for c in best.channels_of(name)],
+        coarse=coarse,
     )

@@ -62,7 +62,11 @@ def read(folder: Path) -> Diagnosis:
         )
         with np.load(folder / PAST) as past:
             before = Past(
-                past["target"], past["codes"], float(past["dt_s"]), float(past["start_s"])
+                past["target"],
+                past["codes"],
+                float(past["dt_s"]),
+                float(past["start_s"]),
+                past["lost"],
             )
         return Diagnosis(data, traces, np.asarray(state["static"], dtype=np.float64), before)
     except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:

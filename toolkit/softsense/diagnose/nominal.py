@@ -12,6 +12,7 @@ from scipy.interpolate import BSpline, PPoly
 
 from softsense.effects import Nominal, Reference
 from softsense.effects.operators import compiled, first_order_hold, low_pass, play
+from softsense.recording import Recording
 
 Floats = NDArray[np.float64]
 KNOTS = 16
@@ -26,6 +27,12 @@ AVERAGED_NOISE = float((AVERAGE**2).sum())
 # Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much.
 TREMBLE = 0.05
 ALIKE = 0.1
+# Codes are lost where so many samples would be expected of them, as many as in the stretches to
+# either side, of so many times their width.
+EXPECTED = 12.0
+AROUND_LOST = 4
+# And by so many times the power of what the simulation never meets.
+MORE_LOST = 4.0
 
 
 @dataclass(frozen=True)
@@ -146,12 +153,54 @@ def denoise(codes: Floats, motion: Motion) -> Floats:
     return smooth
 
 
-def reference_of(codes: Floats, motion: Motion) -> Reference:
-    """The yardsticks of a recording with noiseless ``codes``."""
+def reference_of(codes: Floats, motion: Motion, lost: Floats) -> Reference:
+    """The yardsticks of a recording with noiseless ``codes``, of which some are ``lost``."""
     duration_s = len(codes) * motion.dt_s
-    return Reference(
-        codes[0].copy(), codes.min(axis=0), np.ptp(codes, axis=0), motion.start_s, duration_s
-    )
+    low, span = codes.min(axis=0), np.ptp(codes, axis=0)
+    return Reference(codes[0].copy(), low, span, motion.start_s, duration_s, lost)
+
+
+def lost_codes(real: Recording, sim: Recording) -> Floats:
+    """(stretches, 3) channel, and the codes next to those that do not occur in ``real``.
+
+    Only of channels where that is more than noise, and more than of ``sim``, where a motion that
+    repeats itself meets some codes only, too.
+    """
+    found = [np.zeros((0, 3))]
+    noise = noise_rms(sim.codes.astype(np.float64))
+    for channel in range(real.codes.shape[1]):
+        lost, power = _never(real.codes[:, channel])
+        _, usual = _never(sim.codes[:, channel])
+        if power > max(noise[channel] ** 2, MORE_LOST * usual):
+            found.append(np.insert(lost, 0, channel, axis=1))
+    return np.concatenate(found)
+
+
+def _never(codes: NDArray[np.int32]) -> tuple[Floats, float]:
+    """(stretches, 2) of ``codes`` (samples,) next to those that do not occur, although as many
+    as are met around them would be expected there; and the mean square of what that makes."""
+    there, counts = np.unique(codes, return_counts=True)
+    counted = np.concatenate([[0], np.cumsum(counts)])
+    below, above = there[:-1], there[1:]
+    wide = AROUND_LOST * (above - below)
+    here = counted[1:-1]
+    before = here - counted[np.searchsorted(there, below - wide)]
+    after = counted[np.searchsorted(there, above + wide, side="right")] - here
+    expected = (above - below - 1) * np.minimum(before, after) / (wide + 1)
+    lost = expected > EXPECTED
+    power = float((expected * (above - below) ** 2 / 12.0)[lost].sum() / len(codes))
+    if not lost.any():
+        return np.zeros((0, 2)), power
+    # Where few samples are they are as wide as elsewhere.
+    width = above - below
+    found = np.stack([below, above], axis=1)[(width > 1) & (width <= width[lost].max())]
+    # Beyond the ends of the motion it goes on as it was.
+    first, last = found[:1], found[-1:]
+    if first[0, 0] == there[0]:
+        found = np.concatenate([first - np.diff(first), found])
+    if last[0, 1] == there[-1]:
+        found = np.concatenate([found, last + np.diff(last)])
+    return found.astype(np.float64), power
 
 
 @compiled

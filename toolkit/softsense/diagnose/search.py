@@ -7,8 +7,16 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from softsense.diagnose.channel import SHARE_OF_LEFT, WALK, Channel, all_at_once, beside_walk
+from softsense.diagnose.channel import (
+    MOTION,
+    SHARE_OF_LEFT,
+    WALK,
+    Channel,
+    all_at_once,
+    beside_walk,
+)
 from softsense.diagnose.design import Entry, Fit
+from softsense.effects import all_effects
 
 Names = frozenset[str]
 # Pairs begin with the most promising single effects, triples with the best pairs.
@@ -29,6 +37,8 @@ WALK_LEAVES = 3.0
 # Naming one effect more, in noise variances of one channel and as a share of the whole gap.
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
+# An effect of the motion that is not named on all channels.
+PARTIAL_PRICE = 0.1
 # The same of the second and third where all are exact.
 EXACT_NAME_SHARE = 0.001
 # The same of the second and third where all are named on the same channels, and not on every one:
@@ -59,6 +69,8 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
     each = NAME_PRICE * channels[0].samples
     gap = sum(channel.excess for channel in channels)
+    # A clock, or play in the drive, is the same for all channels.
+    price += PARTIAL_PRICE * channels[0].samples * sum(_partial(fits, name) for name in names)
     if _on_the_same(fits, names):
         left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
         share = min(SAME_CHANNELS_SHARE * gap, SHARE_OF_LEFT * max(left, 0.0))
@@ -82,6 +94,15 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         for name in names
     ]
     return Model(names, fits, price + sum(costs) + shares)
+
+
+def _partial(fits: Sequence[Fit], name: str) -> bool:
+    """Whether a motion effect is named on some channels only."""
+    return (
+        name != WALK
+        and all_effects()[name].stage == MOTION
+        and not all(name in dict(fit.picks) for fit in fits)
+    )
 
 
 def _on_the_same(fits: Sequence[Fit], names: Names) -> bool:

@@ -131,12 +131,16 @@ def tell(
     excess = sum(channel.excess * channel.sigma**2 for channel in channels)
     gap = float((raw**2).sum()) - raw.size * floor**2
     minor = kinds == {"interference"} and excess > UNKNOWN_SHARE * gap
-    unknown = jerky and (kinds <= {"spikes", "noise"} or minor)
+    # What tails of spikes leave is little of them.
+    tails = "spikes" in kinds and excess < REMAINING_ALONE * gap
+    unknown = jerky and ((kinds <= {"spikes", "noise"} and not tails) or minor)
     unspoken = not found or minor or (edges and bool(best.names))
     unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
+    if unknown or (jerky and tails):
+        best = replace(best, names=frozenset())
     if unknown:
-        best, found = replace(best, names=frozenset()), []
+        found = []
     if not best.names:
         change = np.zeros_like(change)
     several = len(best.names - {WALK}) > 1
@@ -198,7 +202,13 @@ def tell(
         data=data,
         traces=traces,
         static=static,
-        past=engine.Past(sim.target[:, 0], smooth, motion.dt_s, motion.start_s),
+        past=engine.Past(
+            sim.target[:, 0],
+            smooth,
+            motion.dt_s,
+            motion.start_s,
+            channels[0].nominal.reference.lost,
+        ),
         augmented=augmented,
     )
 

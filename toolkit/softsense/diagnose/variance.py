@@ -92,7 +92,7 @@ SWITCH_PRICE = 12.0
 # Excess kurtosis of the moves of a walk.
 JERKY = 4.0
 # The autocorrelation of these moves, so many later, of what swings back.
-SWINGING = -0.25
+SWINGING = -0.3
 SWINGS = range(2, 11)
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
 JUMPY = 10.0
@@ -119,6 +119,7 @@ def findings(
     walking: Sequence[int] = (),
     heard: Sequence[float] = (),
     bent: Sequence[int] = (),
+    coarse: Sequence[int] = (),
 ) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
@@ -128,7 +129,8 @@ def findings(
     swings with the motion is no line.
     ``walking``: channels with a random walk besides, which is left over too. ``heard``: tones (Hz)
     that were found before, and need stand out no more than where nothing is explained. ``bent``:
-    channels behind a curve, which is steep for their noise where it is steep for them.
+    channels behind a curve, which is steep for their noise where it is steep for them. ``coarse``:
+    channels whose converter has lost codes, between which noise makes it leap.
     """
     unevenness = 8.0 if explained else 2.5
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
@@ -152,6 +154,8 @@ def findings(
             lines[c] = line
             rest = _toneless(rest, line, motion.dt_s)
             news = _news(rest) if c in walking else rest
+        if c in coarse:
+            continue
         # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
         sharp = rest if c in walking and not _spikes(news).any() else news
         hit = _spikes(sharp)
@@ -183,11 +187,11 @@ def findings(
     return result
 
 
-def evident(residual: Floats, motion: Motion) -> list[Finding]:
+def evident(residual: Floats, motion: Motion, coarse: Sequence[int] = ()) -> list[Finding]:
     """Loud tones and many spikes of each channel that are seen before anything is explained.
 
     What all channels have in common they would else seem to hear of each other, and what is sharp
-    would have to be explained again without it.
+    would have to be explained again without it. On channels that are ``coarse`` all is sharp.
     """
     result = []
     for c in range(residual.shape[1]):
@@ -197,7 +201,7 @@ def evident(residual: Floats, motion: Motion) -> list[Finding]:
         if line is not None and not _moves(unspiked, motion, line):
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = _toneless(unspiked, line, motion.dt_s) + signal - unspiked
-        if _spikes(signal).sum() >= MANY * SPIKE_COUNT:
+        if c not in coarse and _spikes(signal).sum() >= MANY * SPIKE_COUNT:
             result.append(Finding("spikes", (c,), 1.0, "channels with spikes"))
     return result
 
@@ -497,7 +501,7 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     # Of a long recording some frames tell whether there may be a tone.
     for some in [few, begins] if len(few) < len(begins) else [begins]:
         frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in some]
-        ratios = np.stack([power / floor for power, _, floor in frames])
+        ratios = np.stack([power / np.maximum(floor, 1e-12) for power, _, floor in frames])
         lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
         if len(lit) < LIT_PART * len(some):
             return None

@@ -91,7 +91,8 @@ class Reference:
     """The recording that weights belong to: a later one is measured with the same yardsticks.
 
     ``rest``, ``low``, ``span``: (channels,) codes at its beginning, the lowest, and how many from
-    there to the highest. ``start_s``, ``duration_s``: when it was.
+    there to the highest. ``start_s``, ``duration_s``: when it was. ``lost`` (stretches, 3): where
+    codes never occurred in truth, the channel and the codes below and above them that did.
     """
 
     rest: Floats
@@ -99,6 +100,7 @@ class Reference:
     span: Floats
     start_s: float
     duration_s: float
+    lost: Floats = field(default_factory=lambda: np.zeros((0, 3)))
 
 
 @dataclass(frozen=True)
@@ -156,6 +158,12 @@ class Nominal:
     def span(self) -> float:
         """How many codes the channel moves by in the reference."""
         return float(self.reference.span[self.channel]) or 1.0
+
+    @property
+    def lost(self) -> Floats:
+        """(stretches, 2) the codes below and above those that the channel never reads."""
+        lost = self.reference.lost
+        return lost[lost[:, 0] == self.channel, 1:]
 
     @property
     def share(self) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.ndimage import gaussian_filter1d
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
@@ -15,6 +16,11 @@ BITS = range(4, 12)
 # The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
 MARGIN = 0.05
 LARGEST = 0.15
+# What is read where a code is lost, and the noise before the converter, in codes.
+READ = ("below", "nearest", "above")
+NOISES = (0.5, 1.0, 2.0, 4.0, 8.0)
+# Beyond so many times the noise there is none.
+REACH = 4.0
 
 
 def simulate(
@@ -46,7 +52,41 @@ def explain(nominal: Nominal) -> list[Candidate]:
         ),
         Candidate(_ladder(nominal, TEETH), {}, "table", curved=True, pliable=True, largest=LARGEST),
         Candidate(_bits(nominal), {}, "bits", largest=LARGEST),
+        *_lost(nominal),
     ]
+
+
+def read_instead(lost: Floats, read: str, noise: float) -> tuple[Floats, Floats, Floats]:
+    """Codes, what is read there instead of them on average, less the code, and its variance.
+
+    ``lost`` (stretches, 2): the codes below and above those that never occur, of which ``read``
+    ("below", "nearest" or "above") is taken. ``noise``: rms in codes before the converter.
+    """
+    room = np.ceil(REACH * noise) + 1.0
+    codes = np.arange(lost[0, 0] - room, lost[-1, 1] + room + 1.0)
+    stretch = np.clip(np.searchsorted(lost[:, 0], codes, side="right") - 1, 0, None)
+    below, above = lost[stretch].T
+    instead = {"below": below, "above": above}.get(
+        read, np.where(codes - below < above - codes, below, above)
+    )
+    given = np.where((below < codes) & (codes < above), instead, codes)
+    mean = gaussian_filter1d(given, noise, mode="nearest", truncate=REACH)
+    square = gaussian_filter1d(given**2, noise, mode="nearest", truncate=REACH)
+    noiseless = gaussian_filter1d(codes, noise, mode="nearest", truncate=REACH)
+    return codes, mean - noiseless, square - mean**2
+
+
+def _lost(nominal: Nominal) -> list[Candidate]:
+    """What a converter that never gives some codes reads in their place."""
+    if not len(nominal.lost):
+        return []
+    result = []
+    for read in READ:
+        for noise in NOISES:
+            codes, change, _ = read_instead(nominal.lost, read, noise)
+            column = np.interp(nominal.u, codes, change, left=0.0, right=0.0)
+            result.append(Candidate(column[:, None], {}, "missing_codes", fixed=True))
+    return result
 
 
 def _bits(nominal: Nominal) -> Floats:
