@@ -69,25 +69,19 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
-    stretched further relaxes more than in proportion); and a part that relaxes at another pace
-    than it recovers."""
+    stretched further relaxes more than in proportion), and where the signal is right at once; and a
+    part that relaxes at another pace than it recovers."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
     share = nominal.share
     curves = [np.expm1(bend * share) / np.expm1(bend) * nominal.span for bend in BENDS]
-    # Springs that are not as they were lie beside what relaxes.
-    spring = share[:, None] ** np.arange(4) * nominal.span
-    beside = [
-        _relaxed(nominal, signal, taus) for signal in (nominal.u, *curves) for taus in LADDERS[1:3]
-    ]
     return [
         *_singles(nominal, near),
         *(_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS),
         *(_prony(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
         *(
-            Candidate(
-                np.concatenate([columns, spring], axis=1), {}, "sprung", curved=True, pliable=True
-            )
-            for columns in beside
+            _instant(nominal, signal, taus)
+            for signal in (nominal.u, *curves)
+            for taus in LADDERS[1:3]
         ),
         *_uneven(nominal),
     ]
@@ -114,6 +108,13 @@ def _uneven(nominal: Nominal) -> list[Candidate]:
 def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
     columns = _relaxed(nominal, signal, taus)
     return Candidate(columns, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
+
+
+def _instant(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Candidate:
+    """The same where the signal is known at once, and what it relaxes to is not."""
+    moved = signal - signal[0]
+    columns = _relaxed(nominal, moved, taus) + moved[:, None]
+    return Candidate(columns, {}, "instant", parallel=True, largest=MOST_OF_SEVERAL)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
