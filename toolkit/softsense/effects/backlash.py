@@ -22,6 +22,8 @@ CLOSING_S = (0.04, 0.08, 0.15)
 SOFTNESSES = (0.1, 0.18, 0.3)
 # Of a move from one sample to the next.
 PARTS = 3
+# How many times its softness from a face a move is not passed on.
+FREE = 12.0
 
 
 def simulate(
@@ -150,7 +152,10 @@ def _pressing(strain: Floats, width: float, softness: float) -> Floats:
             # As it is in the middle of this part of the move.
             x += 0.5 * move
             ahead = x - y if move > 0.0 else y - x
-            y += move / (1.0 + np.exp((0.5 * width - ahead) / softness))
+            short = (0.5 * width - ahead) / softness
+            # Most moves are far from a face.
+            if short < FREE:
+                y += move / (1.0 + np.exp(short))
             x += 0.5 * move
         output[k] = y
     return output

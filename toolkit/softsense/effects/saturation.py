@@ -47,14 +47,16 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         bottoms = values["bottom"] * nominal.full_scale + around
         made = _lower(nominal, bottoms, knees)
         levels = nominal.low + (1.0 - INSIDE) * nominal.span
-        return made + _leaking(made) + _between(nominal, levels, knees[:1], bottoms[::3])
+        leaking = _leaking(_lower(nominal, bottoms, knees[:1]))
+        return made + leaking + _between(nominal, levels, knees[:1], bottoms[::3])
     levels = values["level"] * nominal.full_scale + around
     if "bottom" in values:
         near = values["bottom"] * nominal.full_scale + around[1::2]
         return _between(nominal, levels[1::2], knees[:1], near)
     made = _traces(nominal, levels, knees)
     bottoms = nominal.low + INSIDE * nominal.span
-    return made + _leaking(made) + _between(nominal, levels[::3], knees[:1], bottoms)
+    leaking = _leaking(_traces(nominal, levels, knees[:1]))
+    return made + leaking + _between(nominal, levels[::3], knees[:1], bottoms)
 
 
 def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
