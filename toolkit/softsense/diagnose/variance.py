@@ -501,6 +501,7 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     # Of a long recording some frames tell whether there may be a tone.
     for some in [few, begins] if len(few) < len(begins) else [begins]:
         frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in some]
+        # A frame in which nothing is left has no floor.
         ratios = np.stack([power / np.maximum(floor, 1e-12) for power, _, floor in frames])
         lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
         if len(lit) < LIT_PART * len(some):

@@ -100,7 +100,7 @@ class Reference:
     span: Floats
     start_s: float
     duration_s: float
-    lost: Floats = field(default_factory=lambda: np.zeros((0, 3)))
+    lost: Floats
 
 
 @dataclass(frozen=True)
@@ -212,6 +212,12 @@ class Candidate:
     def conditional(self) -> bool:
         """Whether weights that fit best may be unphysical."""
         return self.parallel or self.positive or self.largest < np.inf
+
+    def leaking(self, through: float) -> Candidate:
+        """The same where this part of the signal comes through unchanged."""
+        values = {**self.values, "through": through}
+        columns = (1.0 - through) * self.columns
+        return replace(self, columns=columns, values=values, form="leaking")
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -46,8 +46,8 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel, or of the two scanned before, as they really read or would
-    without their effects; or a supply that sags, or lifts, with all channels together. Or what of
-    another channel comes through a capacitance."""
+    without their effects; or a supply that sags, or lifts, with all channels together, or a
+    reference with the others. Or what of another channel comes through a capacitance."""
     channels = nominal.codes.shape[1]
     result = _shares(nominal)
     for other in range(channels):
@@ -68,6 +68,7 @@ def _shares(nominal: Nominal) -> list[Candidate]:
     result = []
     keep, channels = nominal.keep, nominal.codes.shape[1]
     u = nominal.u[keep]
+    slopes = np.gradient(nominal.codes, axis=0)[keep] / nominal.dt_s
     # What others really read would say all that channels have in common, were it not for the share.
     for whole, most in ((nominal.heard, MOST), (nominal.codes, np.inf)) if channels > 1 else ():
         codes = whole[keep]
@@ -82,8 +83,7 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                 loaded = np.stack([instead, instead * nominal.share[keep]], axis=1)
                 result.append(Candidate(loaded, source, "loaded", curved=True, largest=most))
                 # And what a capacitance beside the resistance lets through.
-                change = np.gradient(nominal.codes[:, other])[keep] / nominal.dt_s
-                both = np.stack([alone, change], axis=1)
+                both = np.stack([alone, slopes[:, other]], axis=1)
                 result.append(Candidate(both, source, "capacitive", positive=True, largest=most))
         if channels > 2:
             # The sampling capacitor keeps some of the one before that, too.
@@ -99,8 +99,8 @@ def _shares(nominal: Nominal) -> list[Candidate]:
         # A reference that every other one pulls from where it was at rest.
         pulls = codes - nominal.reference.rest
         others = u * (pulls.sum(axis=1) - pulls[:, nominal.channel]) / nominal.full_scale
-        most = min(most, MOST_PULLED)
-        result.append(Candidate(others[:, None], {}, "reference", largest=most))
+        pulled = min(most, MOST_PULLED)
+        result.append(Candidate(others[:, None], {}, "reference", largest=pulled))
     return result
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -86,17 +85,8 @@ def _two_poles(nominal: Nominal, times_s: Floats) -> list[Candidate]:
 
 def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
     """(1 + through tau p) / (1 + tau p), and the same of two poles: less of what each adds."""
-    return [
-        replace(
-            candidate,
-            columns=(1.0 - through) * candidate.columns,
-            values={**candidate.values, "through": through},
-            form="leaking",
-        )
-        for candidate in candidates
-        if candidate.form == "circuit"
-        for through in THROUGH
-    ]
+    circuits = [candidate for candidate in candidates if candidate.form == "circuit"]
+    return [circuit.leaking(through) for circuit in circuits for through in THROUGH]
 
 
 def _uneven(nominal: Nominal, times_s: Floats) -> list[Candidate]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -38,8 +37,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one level and one knee, also where a part comes through; or a lower rail
-    besides."""
+    """The same around one level and one knee, also where a part comes through; or both rails."""
     around = np.linspace(-0.02, 0.02, 11) * nominal.span
     knee = values["knee"] * nominal.full_scale
     knees = knee * NEAR if knee else KNEES[:2] * nominal.span
@@ -47,40 +45,38 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         bottoms = values["bottom"] * nominal.full_scale + around
         made = _lower(nominal, bottoms, knees)
         levels = nominal.low + (1.0 - INSIDE) * nominal.span
-        leaking = _leaking(_lower(nominal, bottoms, knees[:1]))
-        return made + leaking + _between(nominal, levels, knees[:1], bottoms[::3])
+        return (
+            made
+            + _leaking(made[:: len(knees)])
+            + _between(nominal, levels, knees[:1], bottoms[::3])
+        )
     levels = values["level"] * nominal.full_scale + around
     if "bottom" in values:
         near = values["bottom"] * nominal.full_scale + around[1::2]
         return _between(nominal, levels[1::2], knees[:1], near)
     made = _traces(nominal, levels, knees)
     bottoms = nominal.low + INSIDE * nominal.span
-    leaking = _leaking(_traces(nominal, levels, knees[:1]))
-    return made + leaking + _between(nominal, levels[::3], knees[:1], bottoms)
+    return made + _leaking(made[:: len(knees)]) + _between(nominal, levels[::3], knees[:1], bottoms)
 
 
 def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
     result = []
-    for level in levels:
-        for knee in knees:
+    for level in levels.tolist():
+        for knee in knees.tolist():
             values = {"level": level / nominal.full_scale, "knee": knee / nominal.full_scale}
             column = -_beyond(nominal.u - level, knee)[:, None]
-            result.append(Candidate(column, _numbers(values), fixed=True))
+            result.append(Candidate(column, values, fixed=True))
     return result
 
 
 def _lower(nominal: Nominal, bottoms: Floats, knees: Floats) -> list[Candidate]:
     result = []
-    for bottom in bottoms:
-        for knee in knees:
+    for bottom in bottoms.tolist():
+        for knee in knees.tolist():
             values = {"bottom": bottom / nominal.full_scale, "knee": knee / nominal.full_scale}
             column = _beyond(bottom - nominal.u, knee)[:, None]
-            result.append(Candidate(column, _numbers(values), "lower_rail", fixed=True))
+            result.append(Candidate(column, values, "lower_rail", fixed=True))
     return result
-
-
-def _numbers(values: Mapping[str, float]) -> dict[str, float]:
-    return {key: float(value) for key, value in values.items()}
 
 
 def _beyond(over: Floats, knee: float) -> Floats:
@@ -90,17 +86,7 @@ def _beyond(over: Floats, knee: float) -> Floats:
 
 
 def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
-    """The same where a part of what is beyond the rail comes through."""
-    return [
-        replace(
-            candidate,
-            columns=(1.0 - through) * candidate.columns,
-            values={**candidate.values, "through": through},
-            form="leaking",
-        )
-        for candidate in candidates
-        for through in THROUGH
-    ]
+    return [candidate.leaking(through) for candidate in candidates for through in THROUGH]
 
 
 def _between(nominal: Nominal, levels: Floats, knees: Floats, bottoms: Floats) -> list[Candidate]:
@@ -121,7 +107,7 @@ EFFECT = Effect(
     mechanism="the front end runs into its rail",
     equation="hard: min(u, m); soft: m - k ln(1 + exp((m - u)/k))",
     source="ideal limiter; softplus as its smooth form",
-    fingerprint="static, only at one end",
+    fingerprint="static, only at the ends",
     parameters=(
         Parameter("level", "share of ADC scale", 0.3, 1.0, 0.6, "highest reading m"),
         Parameter("knee", "share of ADC scale", 0.002, 0.1, 0.02, "soft: width k of the knee"),
