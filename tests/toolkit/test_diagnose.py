@@ -17,6 +17,7 @@ from softsense.diagnose import augment, diagnose, folder
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
+    curve_of,
     history_basis,
     history_weights,
     lost_codes,
@@ -394,6 +395,78 @@ def test_what_is_elastic_leaks_or_gives_way_keeps_its_name() -> None:
         ("relaxation", codes - 30.0 * relaxed),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
+
+
+def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
+    """The network feels more strain, later more and more, or strain that relaxes, and a curve that
+    is steep at one end makes codes of it; a smaller motion follows."""
+    x, _ = clean(15, SAMPLES + 2000)
+    now, then = slice(0, SAMPLES), slice(SAMPLES, None)
+    x[then] *= 0.6
+    bends = np.array([1.8, -1.5, 2.2, -2.0])
+
+    def read(felt: np.ndarray) -> np.ndarray:
+        return 1200.0 + 900.0 * np.expm1(bends * felt) / np.expm1(bends)
+
+    strain = x[:, None]
+    growing = 0.03 * np.arange(len(x))[:, None] / SAMPLES
+    codes = read(strain)
+    for name, made in (
+        ("gain", read(1.01 * strain)),
+        ("gain", read((1.0 + growing) * strain)),
+        ("relaxation", read(strain + 0.06 * (strain - filtered(strain, 6.0)))),
+    ):
+        result = diagnose(recorded(x[now], codes[now], 1), recorded(x[now], made[now], 2))
+        assert result.effects == (name,)
+        again = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
+        gap = made[then] - codes[then]
+        assert np.std(again - made[then]) < 0.25 * np.std(gap)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_curve_says_the_strain_of_its_codes(sign: float) -> None:
+    strain = random_motion(2000, 1 / RATE_HZ, 3)
+    codes = sign * 500.0 * (strain + strain**2)
+    curve = curve_of(codes, motion_of(strain, 1 / RATE_HZ, 0.0, None).strain)
+    assert curve.bent
+    top = np.ptp(strain)
+    np.testing.assert_allclose(top * curve.strain(codes) + strain.min(), strain, atol=2e-3)
+    felt = np.linspace(0.02, 0.98, 50)
+    steep = sign * 500.0 * top * (1.0 + 2.0 * (strain.min() + top * felt))
+    np.testing.assert_allclose(curve.slope(felt), steep, rtol=0.03)
+    assert not curve_of(strain, strain).bent
+
+
+def test_drives_that_give_way_or_stick_are_backlash() -> None:
+    """Friction that gives way before it slips, and a drive that sticks and jumps on."""
+    x, codes = clean(17)
+    force, anchor, way, last = 0.0, x[0], 0.0, x[0]
+    slipping, jumping = [x[0]], [x[0]]
+    for before, now in pairwise(x):
+        for _ in range(10):
+            move = (now - before) / 10.0
+            force += move * np.sqrt(max(0.5 * (1.0 - np.sign(move) * force / 0.02), 0.0))
+        slipping.append(now - force)
+        if way * (now - anchor) < 0.0:
+            way = 0.0
+        elif way == 0.0 and abs(now - anchor) > 0.04:
+            way = np.sign(now - anchor)
+        if way != 0.0:
+            anchor, last = now, now - 0.01 * way
+        jumping.append(last)
+    for made in (slipping, jumping):
+        result = diagnose(recorded(x, codes, 1), recorded(x, sensed(np.array(made)), 2))
+        assert result.effects == ("backlash",)
+        assert result.data["after"]["shrink"] > 0.98
+
+
+def test_one_channel_is_louder_where_the_others_agree() -> None:
+    """By less than what a recording may be louder than its simulation."""
+    x, codes = clean(16)
+    loud = codes.copy()
+    loud[:, 1] += np.random.default_rng(5).normal(0.0, 2.2, len(x))
+    result = diagnose(recorded(x, codes, 1), recorded(x, loud, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("noise", ["s2"])]
 
 
 @pytest.mark.parametrize("read", ["below", "nearest"])

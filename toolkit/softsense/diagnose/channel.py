@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import replace
@@ -11,12 +11,11 @@ from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
-from threadpoolctl import threadpool_limits
 
 from softsense.diagnose.design import Design, Entry, Fit, Group, Pick, Term
 from softsense.diagnose.nominal import AVERAGED_NOISE
 from softsense.diagnose.walk import innovations, likely_gain
-from softsense.effects import STAGES, Candidate, Effect, Nominal, all_effects
+from softsense.effects import BEFORE_CURVE, STAGES, Candidate, Effect, Nominal, all_effects
 
 Floats = NDArray[np.float64]
 Item = TypeVar("Item")
@@ -63,7 +62,7 @@ OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
 # Parameters that are whole numbers, and have no interval.
-COUNTED = frozenset({"source", "poles"})
+COUNTED = frozenset({"source", "poles", BEFORE_CURVE})
 # 95 % of a chi-squared variable with one degree of freedom.
 CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
@@ -71,6 +70,10 @@ WALK = "random_walk"
 WALK_PRICE = 0.5
 WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
+# What an effect alone may leave of the gap, for a closer look at it before the channel's curve.
+WORTH = 0.5
+# So many candidates whose weights are not as physics has them are left for the next best.
+REFUSED = 4
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5
 # What one does may change from round to round by this share, or by the noise, in the end.
@@ -80,6 +83,7 @@ KEPT = 4
 # Stages whose effects act on each other: one circuit follows the other, and a clock that is late
 # has seen the play before it. Play and delay may change places; circuits may not.
 MOTION = "motion"
+MATERIAL = "material"
 ELECTRICAL = "electrical"
 SERIAL = frozenset({MOTION, ELECTRICAL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
@@ -97,32 +101,54 @@ class Channel:
         static: Floats,
         known: Sequence[str],
         own: float,
+        missed: float,
         history: Floats,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
         ``own``: mean square of what the simulation itself has beside its nominal signal. Where that
-        is more than noise (its random walks, its spikes), as much is no gap. ``history``: the
-        ``history_basis`` of the motion.
+        is more than noise (its random walks, its spikes), as much is no gap. ``missed``: how much
+        of it is no noise. ``history``: the ``history_basis`` of the motion.
         """
         square = float(np.mean(residual**2))
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
         self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
-        # The slow part of the simulation's noise is still in its nominal signal.
-        self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2)
+        # The slow part of the simulation's noise is still in its nominal signal, and what of its
+        # motion nobody could tell is not.
+        self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2) + missed
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
         found: dict[str, list[Entry]] = {name: [] for name in known}
         # Channels begin with different effects, so that what one has asked the nominal response is
         # there when another, at work beside it, asks the same.
         first = 4 * nominal.channel % max(len(known), 1)
         for name in (*known[first:], *known[:first]):
-            effect = all_effects()[name]
-            made = effect.explain(self._asked(effect, nominal)) if effect.explain else []
-            found[name] = [self._entry(candidate, k) for k, candidate in enumerate(made)]
+            found[name] = self._offered(nominal, name, None)
         self._unchanged: dict[Hashable, list[Entry]] = {}
         self.gain = self._first_gain(history[self._thin])
         self._take(found)
+
+    def _offered(
+        self, nominal: Nominal, name: str, near: Mapping[str, float] | None
+    ) -> list[Entry]:
+        """What an effect explains, or its zoom around ``near``."""
+        made = offered(self._asked(all_effects()[name], nominal), name, near)
+        return [self._entry(candidate, k, near) for k, candidate in enumerate(made)]
+
+    def _before_curve(
+        self, nominal: Nominal, name: str, near: Mapping[str, float] | None, numbers: Iterable[int]
+    ) -> list[Entry]:
+        """The same, of these ``numbers``, before the channel's curve; none where it says nothing
+        new."""
+        effect = all_effects()[name]
+        if not self._felt(effect):
+            return []
+        made = before_curve(self._asked(effect, nominal), name, near)
+        return [self._entry(made[k], ~k, near) for k in numbers]
+
+    def _felt(self, effect: Effect) -> bool:
+        """Whether an effect does something else before the channel's curve than behind it."""
+        return self.nominal.curve.bent and effect.stage == MATERIAL
 
     def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
         """``nominal`` for traces of the samples that the search looks at."""
@@ -166,7 +192,7 @@ class Channel:
         if len(columns) == len(self.residual) and self._thin.step > 1:
             # A copy, so that the whole is not kept.
             columns = columns[self._thin].copy()
-        return Entry((), replace(candidate, columns=columns), number, near)
+        return Entry((), replace(candidate, made=columns), number, near)
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
@@ -202,21 +228,26 @@ class Channel:
         self._within: dict[frozenset[str], Fit] = {}
 
     def zoom(self, chosen: Iterable[Pick]) -> None:
-        """Look closer around the grid points ``chosen``, and nowhere else."""
+        """Look closer around the grid points ``chosen``, and nowhere else; where no effect can pay,
+        not at all."""
+        if self.excess < self.effect_price:
+            return
         chosen = set(chosen)
         found: dict[str, list[Entry]] = {}
         for name, entries in self.entries.items():
             effect = all_effects()[name]
-            if effect.zoom is None:
-                found[name] = entries
-                continue
             numbers = {number for other, number in chosen if other == name}
             numbers = numbers or {self._choose((), 0, name)}
+            if effect.zoom is None:
+                # Candidates of one column cost little.
+                numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
             kept = [entries[number] for number in sorted(numbers)]
-            found[name] = [*kept]
-            for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
-                made = effect.zoom(self._asked(effect, self.nominal), dict(near))
-                found[name] += [self._entry(c, k, dict(near)) for k, c in enumerate(made)]
+            found[name] = [*kept] if effect.zoom else [*entries]
+            if self.left(self.best(frozenset({name}))) < WORTH * self.excess:
+                found[name] += self._before_curve(self.nominal, name, None, sorted(numbers))
+            if effect.zoom:
+                for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
+                    found[name] += self._offered(self.nominal, name, dict(near))
         self.gain = self._better_gain()
         self._take(found)
 
@@ -353,13 +384,20 @@ class Channel:
     def _upon(self, nominal: Nominal, name: str, number: int) -> list[Entry]:
         """A candidate and what is close to it, of a changed nominal signal."""
         entry, effect = self.entries[name][number], all_effects()[name]
-        again = explained(self._asked(effect, nominal), name, entry.number, entry.near)
-        result = [replace(self._entry(again, entry.number, entry.near), nominal=nominal)]
-        if effect.zoom is not None:
+        asked = self._asked(effect, nominal)
+        made = [
+            self._entry(explained(asked, name, entry.number, entry.near), entry.number, entry.near)
+        ]
+        if effect.zoom is None:
+            # Of few candidates: the same one on the other side of the channel's curve.
+            if self._felt(effect):
+                other = explained(asked, name, ~entry.number, None)
+                made.append(self._entry(other, ~entry.number))
+        else:
             near = dict(entry.candidate.values)
-            for k, candidate in enumerate(effect.zoom(self._asked(effect, nominal), near)):
-                result.append(replace(self._entry(candidate, k, near), nominal=nominal))
-        return result
+            close = self._offered(nominal, name, near)
+            made += [*close, *self._before_curve(nominal, name, near, range(len(close)))]
+        return [replace(entry, nominal=nominal) for entry in made]
 
     def _once_more(self, name: str, number: int) -> list[Entry]:
         """The same where nothing has changed the nominal signal."""
@@ -504,27 +542,37 @@ class Channel:
             for static in self._statics():
                 fit = self._beside(last, others, static)
                 made.append(fit)
-                conditional = [
-                    name
-                    for name, number in fit.picks
-                    if name != WALK and self.entries[name][number].candidate.conditional
-                ]
-                if conditional:
-                    free = {n: k for n, k in others.items() if n not in conditional}
-                    made.append(self._beside(last, free, static, conditional))
+                made += self._otherwise(last, others, static, fit)
         return min(made, key=self.price)
 
-    def _beside(
-        self, last: str, others: Mapping[str, int], static: int, unconditional: Sequence[str] = ()
-    ) -> Fit:
-        """The best candidate of ``last`` beside ``others``, then the others again beside it.
+    def _otherwise(self, last: str, others: Mapping[str, int], static: int, fit: Fit) -> list[Fit]:
+        """The same without the candidates of ``fit`` whose weights are not as physics has them."""
+        made: list[Fit] = []
+        refused: set[Pick] = set()
+        for _ in range(REFUSED):
+            wrong = {*self._cancelling(fit), *self._beyond(fit)}
+            if not wrong:
+                break
+            refused |= {pick for pick in fit.picks if pick[0] in wrong}
+            free = {n: k for n, k in others.items() if n not in wrong}
+            fit = self._beside(last, free, static, wrong, refused)
+            made.append(fit)
+        return made
 
-        Of the effects ``unconditional`` no candidate whose weights must fulfil a condition.
-        """
+    def _beside(
+        self,
+        last: str,
+        others: Mapping[str, int],
+        static: int,
+        more: Iterable[str] = (),
+        refused: Container[Pick] = (),
+    ) -> Fit:
+        """The best candidate of ``last`` beside ``others``, then of ``more`` and of the others
+        beside it; none that is ``refused``."""
         picks = dict(others)
-        for name in (last, *sorted({*others, *unconditional} - {last})):
+        for name in (last, *sorted({*others, *more} - {last})):
             rest = [(n, k) for n, k in picks.items() if n != name]
-            picks[name] = self._choose(rest, static, name, name in unconditional)
+            picks[name] = self._choose(rest, static, name, refused)
         return self._fit(tuple(sorted(picks.items())), static)
 
     def _cancelling(self, fit: Fit) -> list[str]:
@@ -551,9 +599,9 @@ class Channel:
         picks: Sequence[Pick],
         static: int,
         name: str,
-        unconditional: bool = False,
+        refused: Container[Pick] = (),
     ) -> int:
-        """The candidate of an effect that fits best beside ``picks``."""
+        """The candidate of an effect that fits best beside ``picks``, of those not ``refused``."""
         if name == WALK:
             return 0
         group = self.groups[name]
@@ -565,9 +613,10 @@ class Channel:
             share = np.minimum(share, SHARE_OF_LEFT * np.maximum(left, 0.0))
         costs = WEIGHT_PRICE * group.free_widths
         costs = costs + group.curved * (CURVED_PRICE * self.samples + share)
-        if unconditional:
-            costs = np.where(group.conditional, np.inf, costs)
-        return int(np.argmax(gains - costs))
+        worth = gains - costs
+        while (name, best := int(np.argmax(worth))) in refused and worth[best] > -np.inf:
+            worth[best] = -np.inf
+        return best
 
     def within(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with any of the effects ``names``, or none."""
@@ -655,10 +704,7 @@ class Channel:
 
 def all_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
     """``work`` on every channel, on all cores: filters and matrix products let go of Python."""
-    with (
-        threadpool_limits(limits=1, user_api="blas"),
-        ThreadPoolExecutor(os.cpu_count()) as pool,
-    ):
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
         return list(pool.map(work, items))
 
 
@@ -690,13 +736,26 @@ def beside_walk(effects: int) -> float:
     return 1.0 + BESIDE_WALK * min(effects, 1) + max(effects - 1, 0)
 
 
+def offered(nominal: Nominal, name: str, near: Mapping[str, float] | None) -> list[Candidate]:
+    """What the effect ``name`` explains, or its zoom around ``near``."""
+    effect = all_effects()[name]
+    if near is None:
+        return effect.explain(nominal) if effect.explain else []
+    assert effect.zoom is not None, name
+    return effect.zoom(nominal, near)
+
+
+def before_curve(nominal: Nominal, name: str, near: Mapping[str, float] | None) -> list[Candidate]:
+    """The same before the channel's curve, where a material may have its effects."""
+    before, slope = nominal.before_curve()
+    return [candidate.through(slope, nominal.keep) for candidate in offered(before, name, near)]
+
+
 def explained(
     nominal: Nominal, name: str, number: int, near: Mapping[str, float] | None
 ) -> Candidate:
-    """One candidate of the effect ``name``: of its zoom where ``near`` is given."""
-    effect = all_effects()[name]
-    if near is not None:
-        assert effect.zoom is not None, name
-        return effect.zoom(nominal, near)[number]
-    assert effect.explain is not None, name
-    return effect.explain(nominal)[number]
+    """One candidate of the effect ``name``: of what it explains, or of its zoom around ``near``;
+    before the channel's curve they are counted from -1 down."""
+    if number < 0:
+        return before_curve(nominal, name, near)[~number]
+    return offered(nominal, name, near)[number]

@@ -95,7 +95,6 @@ class Group:
         self.fixed = np.array([entry.candidate.fixed for entry in entries])
         self.free_widths = np.where(self.fixed, 0, widths)
         self.curved = np.array([entry.candidate.curved for entry in entries])
-        self.conditional = np.array([entry.candidate.conditional for entry in entries])
 
 
 class Design:

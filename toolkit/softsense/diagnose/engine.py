@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -149,6 +150,18 @@ def diagnose(
 
     Raises ``SoftsenseError`` where the recordings do not belong together, or a channel is dead.
     """
+    with _one_thread():
+        return _diagnosed(sim, real, seed, without)
+
+
+def _one_thread() -> AbstractContextManager[None]:
+    """Sums in one order, however many cores there are; and thousands of small solves, where more
+    threads only get in each other's way."""
+    limits: AbstractContextManager[None] = threadpool_limits(limits=1, user_api="blas")
+    return limits
+
+
+def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str]) -> Diagnosis:
     sim, real = _aligned(sim, real)
     _check_channels(sim, real)
     start_s = float(sim.t_s[0]) if sim.t_s is not None else 0.0
@@ -160,13 +173,14 @@ def diagnose(
     reference, coarse = reference_of(smooth, motion, lost), sorted({int(c) for c in lost[:, 0]})
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
+    missed = np.maximum(own - noise_rms(sim.codes.astype(np.float64)) ** 2, 0.0)
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)
     beside = residual - slow
     plain = [f for f in variance.evident(beside, motion, coarse) if f.name not in without]
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
-    channels = _channels(smooth, motion, quiet, own, reference, sim.adc_bits, known)
-    models = _searched(channels, known)
+    channels = _channels(smooth, motion, quiet, own, missed, reference, sim.adc_bits, known)
+    models = search(channels, known)
     left = residual - _said(channels, models[0])
     found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
@@ -176,8 +190,8 @@ def diagnose(
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
     if again:
         # Spikes and lines had been taken for noise, or too much for a line.
-        channels = _channels(smooth, motion, better, own, reference, sim.adc_bits, known)
-        models = _searched(channels, known)
+        channels = _channels(smooth, motion, better, own, missed, reference, sim.adc_bits, known)
+        models = search(channels, known)
         left = residual - _said(channels, models[0])
     if again or tones:
         found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse, tones)
@@ -206,6 +220,12 @@ def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:
             where=sim.name,
             remedy="simulate at the same rate",
         )
+    with _one_thread():
+        return _augmented(diagnosis, sim)
+
+
+def _augmented(diagnosis: Diagnosis, sim: Recording) -> Recording:
+    past = diagnosis.past
     low, high = float(past.target.min()), float(past.target.max())
     alone = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None, low, high)
     codes = denoise(sim.codes.astype(np.float64), alone)
@@ -229,7 +249,8 @@ def change_of(diagnosis: Diagnosis, bits: int) -> Floats:
     """(samples, channels) codes that the diagnosed effects add on the motion of the diagnosis."""
     past = diagnosis.past
     motion = motion_of(past.target, past.dt_s, past.start_s, None)
-    return _apply(diagnosis, past.codes, motion, bits)
+    with _one_thread():
+        return _apply(diagnosis, past.codes, motion, bits)
 
 
 def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> Floats:
@@ -343,17 +364,12 @@ def _curve(motion: Motion) -> Floats:
     return spline_basis(motion.strain, STATIC_KNOTS)
 
 
-def _searched(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
-    # Thousands of small solves: more threads only get in each other's way.
-    with threadpool_limits(limits=1, user_api="blas"):
-        return search(channels, known)
-
-
 def _channels(
     smooth: Floats,
     motion: Motion,
     residual: Floats,
     own: Floats,
+    missed: Floats,
     reference: Reference,
     bits: int,
     known: Sequence[str],
@@ -364,8 +380,10 @@ def _channels(
     history = history_basis(motion.strain, motion.dt_s)
 
     def channel(number: int) -> Channel:
-        level, square = sigma[number], float(own[number])
-        return Channel(made[number], residual[:, number], level, curve, known, square, history)
+        squares = float(own[number]), float(missed[number])
+        return Channel(
+            made[number], residual[:, number], sigma[number], curve, known, *squares, history
+        )
 
     return all_at_once(channel, range(len(made)))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, PPoly
 
-from softsense.effects import Nominal, Reference
+from softsense.effects import Curve, Nominal, Reference
 from softsense.effects.operators import compiled, first_order_hold, low_pass, play
 from softsense.recording import Recording
 
@@ -20,10 +20,16 @@ KNOTS = 16
 # breaks comes back, and the widths of its loops.
 RELAXING_S = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 BROKEN_S = (0.1, 0.5, 2.0)
-WIDTHS = np.array([0.03, 0.1, 0.3, 0.6])
+WIDTHS = np.array([0.03, 0.06, 0.1, 0.18, 0.3, 0.45, 0.6, 0.9])
+# As many of each as the processor takes at once: the rest have no weight.
+SLOW, LOOPS, FAST = 8, 8, 4
 # Weights of the average over two thirds of a second, and the share of white noise that it keeps.
 AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
 AVERAGED_NOISE = float((AVERAGE**2).sum())
+# Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
+CURVE_KNOTS = 6
+CURVE_POINTS = 41
+FLATTEST = 0.15
 # Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much.
 TREMBLE = 0.05
 ALIKE = 0.1
@@ -119,9 +125,27 @@ def history_groups(x: Floats, dt_s: float) -> dict[str, Floats]:
     broken = [low_pass(speed, dt_s, np.array([tau]), None)[0] for tau in BROKEN_S]
     return {
         "relaxation": np.concatenate(relaxing, axis=1),
-        "hysteresis": play(np.repeat(x[:, None], 4, axis=1), WIDTHS, np.full(4, x[0])),
+        "hysteresis": _loops(x),
         "overshoot": np.concatenate(broken, axis=1),
     }
+
+
+def _loops(x: Floats) -> Floats:
+    count = len(WIDTHS)
+    loops: Floats = play(np.repeat(x[:, None], count, axis=1), WIDTHS, np.full(count, x[0]))
+    return loops
+
+
+def curve_of(u: Floats, strain: Floats) -> Curve:
+    """The curve of codes ``u`` (samples,) over ``strain``; it rises, or falls, all along."""
+    basis = spline_basis(strain, CURVE_KNOTS)
+    gram = basis.T @ basis
+    gram[np.diag_indices_from(gram)] += 1e-9 * len(basis)
+    weights = np.linalg.solve(gram, basis.T @ u)
+    said = spline_basis(np.linspace(0.0, 1.0, CURVE_POINTS), CURVE_KNOTS) @ weights
+    sign = 1.0 if said[-1] >= said[0] else -1.0
+    steps = np.maximum(sign * np.diff(said), FLATTEST * max(np.ptp(said), 1.0) / CURVE_POINTS)
+    return Curve(said[0] + sign * np.concatenate([[0.0], np.cumsum(steps)]))
 
 
 def history_weights(codes: Floats, motion: Motion) -> Floats:
@@ -154,10 +178,13 @@ def denoise(codes: Floats, motion: Motion) -> Floats:
 
 
 def reference_of(codes: Floats, motion: Motion, lost: Floats) -> Reference:
-    """The yardsticks of a recording with noiseless ``codes``, of which some are ``lost``."""
+    """The yardsticks of a recording with noiseless ``codes``, of which some are ``lost``; it is the
+    beginning of the ``motion``."""
     duration_s = len(codes) * motion.dt_s
     low, span = codes.min(axis=0), np.ptp(codes, axis=0)
-    return Reference(codes[0].copy(), low, span, motion.start_s, duration_s, lost)
+    strain = motion.strain[: len(codes)]
+    curves = tuple(curve_of(u, strain) for u in codes.T)
+    return Reference(codes[0].copy(), low, span, motion.start_s, duration_s, lost, curves)
 
 
 def lost_codes(real: Recording, sim: Recording) -> Floats:
@@ -211,49 +238,55 @@ def _said(
     curve: Floats,
     relaxing: Floats,
     broken: Floats,
-    widths: Floats,
     weights: Floats,
 ) -> Floats:
     """``history_basis`` of ``strain`` times its weights at every ``step``-th sample, in one pass.
 
-    ``curve`` (4, pieces): the static part as cubics. ``relaxing``, ``broken`` (filters, 3): their
-    coefficients. ``weights``: of the columns behind the static curve.
+    ``curve`` (4, pieces): the static part as cubics. ``relaxing`` (3, SLOW), ``broken`` (3, FAST):
+    coefficients of filters. ``weights``: of the columns behind the static curve, as many each.
     """
-    samples, slow, fast, pieces = len(strain), len(relaxing), len(broken), curve.shape[1]
-    at_play, at_rate = 2 * slow, 2 * slow + len(widths)
-    parts = np.empty(at_rate + fast + 1)
-    parts[:slow], parts[slow:at_play], parts[at_play:at_rate] = strain[0], strain[0] ** 2, strain[0]
-    before, largest = strain[0], strain[0]
-    speed = abs(strain[min(1, samples - 1)] - strain[0]) / dt_s
-    parts[at_rate:] = speed
+    # Where the compiler knows how many there are, the processor does several at once.
+    samples, pieces = len(strain), curve.shape[1]
+    slow, square, loops, fast = np.empty(SLOW), np.empty(SLOW), np.empty(LOOPS), np.empty(FAST)
+    of_square, of_loop, of_fast = SLOW, 2 * SLOW, 2 * SLOW + LOOPS
+    x = before = largest = strain[0]
+    speed = abs(strain[min(1, samples - 1)] - x) / dt_s
+    slow[:], square[:], loops[:], fast[:] = x, x**2, x, speed
     said = np.empty((samples - 1) // step + 1)
     for k in range(samples):
         x, speed_before = strain[k], speed
         ahead, behind = min(k + 1, samples - 1), max(k - 1, 0)
         speed = abs(strain[ahead] - strain[behind]) / (max(ahead - behind, 1) * dt_s)
-        for f in range(slow):
-            a, b0, b1 = relaxing[f]
-            parts[f] = a * parts[f] + b0 * x + b1 * before
-            parts[slow + f] = a * parts[slow + f] + b0 * x**2 + b1 * before**2
-        for f in range(len(widths)):
-            half = 0.5 * widths[f]
-            parts[at_play + f] = min(max(parts[at_play + f], x - half), x + half)
-        for f in range(fast):
-            a, b0, b1 = broken[f]
-            parts[at_rate + f] = a * parts[at_rate + f] + b0 * speed + b1 * speed_before
-        before, largest = x, max(largest, x)
+        largest = max(largest, x)
+        total = weights[-1] * largest
+        for f in range(SLOW):
+            a, b0, b1 = relaxing[0, f], relaxing[1, f], relaxing[2, f]
+            slow[f] = a * slow[f] + (b0 * x + b1 * before)
+            square[f] = a * square[f] + (b0 * x**2 + b1 * before**2)
+            total += weights[f] * slow[f] + weights[of_square + f] * square[f]
+        for f in range(LOOPS):
+            half = 0.5 * WIDTHS[f]
+            loops[f] = min(max(loops[f], x - half), x + half)
+            total += weights[of_loop + f] * loops[f]
+        for f in range(FAST):
+            a, b0, b1 = broken[0, f], broken[1, f], broken[2, f]
+            fast[f] = a * fast[f] + (b0 * speed + b1 * speed_before)
+            total += weights[of_fast + f] * fast[f]
+        before = x
         if k % step == 0:
             inside = min(max(x, 0.0), 1.0 - 1e-12)
             piece = int(inside * pieces)
             past = inside - piece / pieces
-            total = curve[0, piece]
+            static = curve[0, piece]
             for power in range(1, 4):
-                total = total * past + curve[power, piece]
-            parts[-1] = largest
-            for f in range(len(parts)):
-                total += weights[f] * parts[f]
-            said[k // step] = total
+                static = static * past + curve[power, piece]
+            said[k // step] = static + total
     return said
+
+
+def _filled(rows: Floats, count: int) -> Floats:
+    """(count, n) ``rows``, and zeros behind them."""
+    return np.concatenate([rows, np.zeros((count - len(rows), rows.shape[1]))])
 
 
 def nominals(
@@ -261,24 +294,28 @@ def nominals(
 ) -> list[Nominal]:
     """One ``Nominal`` per channel of noiseless ``codes``, which read ``heard`` in truth."""
     weights = history_weights(codes, motion)
+    sizes = len(RELAXING_S), len(RELAXING_S), len(WIDTHS), len(BROKEN_S)
+    static, *parts, largest = np.split(weights, np.cumsum([KNOTS + 2, *sizes]))
+    full = [
+        _filled(part, size) for part, size in zip(parts, (SLOW, SLOW, LOOPS, FAST), strict=True)
+    ]
+    history = np.concatenate([*full, largest])
     relaxing, broken = (
-        np.array([first_order_hold(motion.dt_s, tau) for tau in taus])
-        for taus in (RELAXING_S, BROKEN_S)
+        _filled(np.array([first_order_hold(motion.dt_s, tau) for tau in taus]), size).T.copy()
+        for taus, size in ((RELAXING_S, SLOW), (BROKEN_S, FAST))
     )
 
     def respond_of(channel: int) -> Callable[[Floats, slice], Floats]:
-        static, history = np.split(np.ascontiguousarray(weights[:, channel]), [KNOTS + 2])
         # Cubics of the distance from the knot before; none are between knots that coincide.
-        curve = PPoly.from_spline(BSpline(_knots(KNOTS), static, 3)).c[:, 3:-3].copy()
+        curve = PPoly.from_spline(BSpline(_knots(KNOTS), static[:, channel], 3)).c[:, 3:-3].copy()
+        weights = history[:, channel].copy()
 
         @cache
         def undisturbed(step: int) -> Floats:
             return said_of(motion.strain, step)
 
         def said_of(strain: Floats, step: int) -> Floats:
-            said: Floats = _said(
-                strain, motion.dt_s, step, curve, relaxing, broken, WIDTHS, history
-            )
+            said: Floats = _said(strain, motion.dt_s, step, curve, relaxing, broken, weights)
             return said
 
         def respond(strain: Floats, keep: slice) -> Floats:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 from softsense.diagnose.channel import (
+    LESS_LEFT,
     MOTION,
     SHARE_OF_LEFT,
     WALK,
@@ -26,7 +27,7 @@ ZOOMED = 6
 COMPOSED = 8
 COMPOSED_WALKS = 3
 # Single effects that are looked at once more, as those of pairs are.
-REFINED = 2
+REFINED = 4
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
@@ -34,7 +35,8 @@ SLOW = frozenset({"drift", "step"})
 SLOW_PRICE = 0.5
 # How many times as much an explanation without a walk must leave.
 WALK_LEAVES = 3.0
-# Naming one effect more, in noise variances of one channel and as a share of the whole gap.
+# Naming one effect more, in noise variances of one channel and as a share of the gap: of the whole,
+# and for further effects of the channels that they are named on.
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
 # An effect of the motion that is not named on all channels.
@@ -61,10 +63,11 @@ class Model:
 
 def model(channels: Sequence[Channel], names: Names) -> Model:
     """The cheapest fits with any of the effects ``names``."""
-    return _priced(channels, tuple(channel.within(names) for channel in channels))
+    return priced(channels, tuple(channel.within(names) for channel in channels))
 
 
-def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
+def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
+    """The model of these fits, one of each channel."""
     names = frozenset(name for fit in fits for name, _ in fit.picks)
     price = sum(channel.price(fit) for channel, fit in zip(channels, fits, strict=True))
     each = NAME_PRICE * channels[0].samples
@@ -87,13 +90,20 @@ def _priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         return Model(names, fits, price)
     exact = all(channel.exact(fit) for channel, fit in zip(channels, fits, strict=True))
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
-    shares = (NAME_SHARE + more * (len(names) - 1)) * gap if names else 0.0
+    # What an equation that is only nearly right leaves is a share of the gap where it leaves it.
+    there = sorted(_gap_of(channels, fits, name) for name in names)
+    shares = NAME_SHARE * gap + more * sum(there[:-1]) if names else 0.0
     costs = [
         each
         * max(c.guard for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
         for name in names
     ]
     return Model(names, fits, price + sum(costs) + shares)
+
+
+def _gap_of(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> float:
+    """The gap of the channels on which an effect is named."""
+    return sum(c.excess for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
 
 
 def _partial(fits: Sequence[Fit], name: str) -> bool:
@@ -142,8 +152,13 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     without = [made for made in pairs if WALK not in made.names]
     several = without[:COMPOSED] + [made for made in pairs if WALK in made.names][:COMPOSED_WALKS]
     several += [made for made in fine if len(made.names) == 1 and WALK not in made.names][:REFINED]
+    moving = frozenset(name for name in known if all_effects()[name].stage == MOTION)
+    if fine[0].names & moving and moving not in [made.names for made in several]:
+        # Side by side, these say little of what they do in series.
+        several.append(replace(model(channels, moving), names=moving))
+    several = [made for made in several if _least(channels, len(made.names)) < fine[0].price]
     rest = [made for made in fine if made not in several]
-    return _walk_last(channels, _by_price([*rest, *_composed(channels, several)]))
+    return _walk_last(channels, by_price([*rest, *_composed(channels, several)]))
 
 
 def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
@@ -157,6 +172,17 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
 
 def _left(channels: Sequence[Channel], made: Model) -> float:
     return sum(c.left(fit) for c, fit in zip(channels, made.fits, strict=True))
+
+
+def _least(channels: Sequence[Channel], count: int) -> float:
+    """What so many effects cost at least, where they leave just the noise."""
+    price = count * NAME_PRICE * channels[0].samples * min(c.guard for c in channels)
+    for channel in channels:
+        price += channel.samples * (channel.noise / channel.sigma**2 - LESS_LEFT)
+        price += NAME_SHARE * channel.excess
+        if channel.excess > channel.effect_price:
+            price += channel.effect_price
+    return price
 
 
 def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Model]:
@@ -183,7 +209,7 @@ def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Mod
         made = [
             list(fits) for fits in zip(*all_at_once(together, range(len(channels))), strict=True)
         ]
-    return [_priced(channels, tuple(fits)) for fits in made]
+    return [priced(channels, tuple(fits)) for fits in made]
 
 
 def _moved(channels: Sequence[Channel], fits: Sequence[Fit]) -> dict[str, Entry]:
@@ -200,7 +226,7 @@ def _moved(channels: Sequence[Channel], fits: Sequence[Fit]) -> dict[str, Entry]
 def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     names = sorted(known)
     none, *singles = _made(channels, [frozenset(), *(frozenset({name}) for name in names)])
-    singles = _by_price(singles)
+    singles = by_price(singles)
     twos = [
         frozenset(two)
         for two in combinations(names, 2)
@@ -216,7 +242,7 @@ def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
             if name not in first.names
         ]
         triples = _promising(channels, threes, pairs)
-    return _by_price([none, *singles, *pairs, *triples])
+    return by_price([none, *singles, *pairs, *triples])
 
 
 def _made(channels: Sequence[Channel], several: Sequence[Names]) -> list[Model]:
@@ -233,7 +259,7 @@ def _promising(
     What effects do beside a walk is much to compute, and where they say the gap nobody asks.
     """
     made = _made(channels, [names for names in several if WALK not in names])
-    best = _by_price([*known, *made])[0]
+    best = by_price([*known, *made])[0]
     # Of as many effects, one that is nearly as cheap is told as a rival.
     near = best.price + max(_left(channels, best), 0.0)
     walking = [
@@ -243,7 +269,7 @@ def _promising(
         and _least_with_walk(channels, names)
         < (near if len(names) <= len(best.names) else best.price)
     ]
-    return _by_price([*made, *_made(channels, walking)])
+    return by_price([*made, *_made(channels, walking)])
 
 
 def _least_with_walk(channels: Sequence[Channel], names: Names) -> float:
@@ -260,7 +286,8 @@ def _least_with_walk(channels: Sequence[Channel], names: Names) -> float:
     return sum(least) + first + NAME_PRICE * channels[0].samples * beside_walk(len(names) - 1)
 
 
-def _by_price(models: Iterable[Model]) -> list[Model]:
+def by_price(models: Iterable[Model]) -> list[Model]:
+    """``models``, the cheapest first; of those with the same names, the cheapest."""
     # An effect that pays nowhere has left the names; of equals one is enough.
     best: dict[Names, Model] = {}
     for made in models:

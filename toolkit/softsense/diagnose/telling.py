@@ -20,10 +20,10 @@ from softsense.diagnose.nominal import (
     noise_rms,
     spline_basis,
 )
-from softsense.diagnose.search import Model, model
+from softsense.diagnose.search import Model, by_price, model, priced
 from softsense.diagnose.variance import Finding
 from softsense.diagnose.walk import innovations, without_slow
-from softsense.effects import all_effects
+from softsense.effects import BEFORE_CURVE, all_effects
 from softsense.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -95,9 +95,11 @@ def tell(
 
     ``nameless``: something without a mean was found beside ``found``, which shall not be known.
     """
+    named = [made for made in models if WALK not in made.names]
+    if WALK in models[0].names and len(models[0].names) > 1:
+        models = by_price([_calm(channels, models[0]), *named])
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
-    named = [made for made in models if WALK not in made.names]
     if (
         (beside and (jerky or _alike(channels, models[0])))
         or _driven(channels, models[0], motion)
@@ -258,6 +260,17 @@ def _alike(channels: Sequence[Channel], best: Model) -> bool:
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:
     """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
     return any(variance.jerky(walk, channel.gain) for channel, walk in _walks(channels, best))
+
+
+def _calm(channels: Sequence[Channel], made: Model) -> Model:
+    """The same without a walk on those of several channels where it goes in jumps or bumps: there
+    it is what another effect leaves."""
+    fits = list(made.fits)
+    for number, (channel, walk) in zip(made.channels_of(WALK), _walks(channels, made), strict=True):
+        if variance.jerky(walk, channel.gain):
+            fits[number] = channel.within(made.names - {WALK})
+    calm = priced(channels, tuple(fits))
+    return calm if WALK in calm.names else made
 
 
 def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
@@ -434,7 +447,7 @@ def _parameters(
         trace = channel.columns(pick) @ weights
         for block in np.array_split(np.arange(len(trace)), BLOCKS):
             sizes.append(float(np.sqrt(np.mean(trace[block] ** 2))))
-        for key in channel.entries[name][pick[1]].candidate.values:
+        for key in channel.entries[name][pick[1]].candidate.values.keys() - {BEFORE_CURVE}:
             values.setdefault(key, []).append(channel.interval(fit, name, key))
     draws = [float(np.mean(rng.choice(sizes, len(sizes)))) for _ in range(200)]
     result: dict[str, Any] = {

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
-from scipy.signal import lfilter, oaconvolve
+from scipy.signal import lfilter, oaconvolve, welch
 from scipy.stats import kurtosis
 
 from softsense.diagnose.nominal import Motion, noise_rms
@@ -20,6 +20,13 @@ Complex = NDArray[np.complex128]
 
 # Real and simulated noise differ anyway by up to this factor.
 NOISE_FACTOR = 2.5
+# Less will do on few channels where all others, at least so many, are louder than simulated by
+# factors that are equal within so much.
+LONE_FACTOR = 1.6
+AGREEING = 3
+AGREED = 1.15
+# Samples of a spectrum in whose middle lines do not show.
+PIECE = 256
 LINE_RATIO = 18.0
 # What is slower is motion.
 LEAST_HZ = 0.3
@@ -135,7 +142,7 @@ def findings(
     unevenness = 8.0 if explained else 2.5
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
     least = 2.0 if explained else LEAST_TONE
-    spiky, lines, loud = [], {}, {}
+    spiky, lines, levels, loud = [], {}, {}, {}
     there, covariates = noise_rms(own), _covariates(motion)
     for c in range(left.shape[1]):
         # Each is looked for without the others: a tone hides spikes, and both pass for noise.
@@ -167,11 +174,14 @@ def findings(
         if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
-        level = float(noise_rms(rest[:, None])[0])
+        levels[c] = level = (
+            _between_lines(rest) if c in lines else float(noise_rms(rest[:, None])[0])
+        )
         along = covariates[1:] if c in bent else covariates
         uneven = _uneven(rest, along, unevenness) and not _uneven(own[:, c], along, unevenness)
         if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
             loud[c] = level
+    loud |= {c: levels[c] for c in _apart({c: levels[c] / there[c] for c in levels}) - set(bent)}
     result = []
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
@@ -183,7 +193,7 @@ def findings(
                 lines[c] = line
         result.append(Finding("interference", tuple(sorted(lines)), frequency, "frequency_hz"))
     if loud:
-        result.append(Finding("noise", tuple(loud), max(loud.values()), "rms_codes"))
+        result.append(Finding("noise", tuple(sorted(loud)), max(loud.values()), "rms_codes"))
     return result
 
 
@@ -550,6 +560,24 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
         rest = _toneless(left, hertz, dt_s)
     noise = float(noise_rms(rest[:, None])[0]) ** 2
     return hertz if tone > least * noise else None
+
+
+def _apart(more: Mapping[int, float]) -> set[int]:
+    """Channels that are louder than simulated by far ``more`` than most are, which agree."""
+    least = min(more.values(), default=0.0)
+    usual = {c for c, factor in more.items() if factor < AGREED * least}
+    others = more.keys() - usual
+    most = max((more[c] for c in usual), default=0.0)
+    apart = all(more[c] > LONE_FACTOR * most for c in others)
+    return others if apart and len(usual) >= max(AGREEING, len(others) + 1) else set()
+
+
+def _between_lines(signal: Floats) -> float:
+    """Noise of ``signal`` (samples,) from what most of its frequencies have: a tone that wanders
+    leaves some of itself beside its line."""
+    power = welch(signal, nperseg=min(PIECE, len(signal)))[1]
+    # Up to half the rate, in cycles per sample.
+    return float(np.sqrt(0.5 * np.median(power[1:-1])))
 
 
 def _covariates(motion: Motion) -> list[Floats]:

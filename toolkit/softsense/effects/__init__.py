@@ -22,7 +22,7 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -38,6 +38,12 @@ STAGES: tuple[Stage, ...] = ("motion", "material", "electrical")
 
 # Slow effects state their size after this time: 8000 samples at 20 Hz.
 REFERENCE_S = 400.0
+
+# Says of a candidate's values that it acts before the channel's curve.
+BEFORE_CURVE = "before_curve"
+
+# A curve is bent whose steepest part is more than so many times its flattest.
+BENT = 1.3
 
 # Modules of this folder that hold tools of the effects rather than an effect.
 _NOT_EFFECTS = {"operators"}
@@ -87,12 +93,42 @@ class Context:
 
 
 @dataclass(frozen=True)
+class Curve:
+    """The static curve of a channel: ``codes`` at evenly spaced shares of the strain range, from 0
+    to 1, all rising or all falling."""
+
+    codes: Floats
+
+    @property
+    def bent(self) -> bool:
+        """Whether the curve is not nearly a straight line."""
+        steps = np.abs(np.diff(self.codes))
+        return float(steps.max()) > BENT * float(steps.min())
+
+    def strain(self, codes: Floats) -> Floats:
+        """(samples,) of the range, straight on beyond its ends, where the curve has ``codes``."""
+        sign = np.sign(self.codes[-1] - self.codes[0])
+        at, last = np.linspace(0.0, 1.0, len(self.codes)), len(self.codes) - 2
+        below = np.clip(np.searchsorted(sign * self.codes, sign * codes) - 1, 0, last)
+        step = np.diff(self.codes)
+        result: Floats = at[below] + (codes - self.codes[below]) / step[below] * at[1]
+        return result
+
+    def slope(self, strain: Floats) -> Floats:
+        """(samples,) codes per strain range; at its ends as inside."""
+        at = np.linspace(0.0, 1.0, len(self.codes))
+        result: Floats = np.interp(strain, at, np.gradient(self.codes, at))
+        return result
+
+
+@dataclass(frozen=True)
 class Reference:
     """The recording that weights belong to: a later one is measured with the same yardsticks.
 
     ``rest``, ``low``, ``span``: (channels,) codes at its beginning, the lowest, and how many from
     there to the highest. ``start_s``, ``duration_s``: when it was. ``lost`` (stretches, 3): where
     codes never occurred in truth, the channel and the codes below and above them that did.
+    ``curves``: of each channel, codes over strain where nothing lags behind.
     """
 
     rest: Floats
@@ -101,6 +137,7 @@ class Reference:
     start_s: float
     duration_s: float
     lost: Floats
+    curves: tuple[Curve, ...]
 
 
 @dataclass(frozen=True)
@@ -143,6 +180,26 @@ class Nominal:
             return replace(self, codes=changed)
         strain = moved()
         return replace(self, codes=changed, strain=strain, largest=np.maximum.accumulate(strain))
+
+    @property
+    def curve(self) -> Curve:
+        """The channel's codes over strain, in the reference."""
+        return self.reference.curves[self.channel]
+
+    def before_curve(self) -> tuple[Nominal, Floats]:
+        """The same where the channel's codes are what the curve makes ``codes`` of, laid over the
+        same span; and (samples,) by how much the curve then changes them."""
+        felt = self.curve.strain(self.u)
+        places = np.array([self.rest, self.low, self.low + self.span])
+        rest, *ends = self.low + self.span * self.curve.strain(places)
+        codes, reference = self.codes.copy(), self.reference
+        codes[:, self.channel] = self.low + self.span * felt
+        rests, lows, spans = reference.rest.copy(), reference.low.copy(), reference.span.copy()
+        rests[self.channel], lows[self.channel] = rest, min(ends)
+        spans[self.channel] = max(ends) - min(ends)
+        reference = replace(reference, rest=rests, low=lows, span=spans)
+        slope = self.curve.slope(felt) / self.span
+        return replace(self, codes=codes, reference=reference), slope
 
     @property
     def rest(self) -> float:
@@ -188,16 +245,17 @@ class Nominal:
 class Candidate:
     """What an effect would add to a channel's codes, up to weights: ``columns`` (samples, p).
 
-    ``fixed``: the weight is 1 by physics (a delay cannot be half there). ``parallel``: the weights
-    have one sign by physics (all parts relax); where they cancel, something else is mimicked.
-    ``values``: the parameters that the columns were made with. ``curved``: the columns hold a
-    curve besides, of the signal or of time, which other effects could be behind. ``pliable``: it
-    follows whatever is near, also where the effect is an exact equation. ``largest``: weights
-    beyond it are not physical; ``positive``: nor those below 0. ``moved()``: (samples,) the strain
-    that reaches the sensor, where that is what the effect changes.
+    ``made``: the columns, or what makes them once they are asked for. ``fixed``: the weight is 1 by
+    physics (a delay cannot be half there). ``parallel``: the weights have one sign by physics (all
+    parts relax); where they cancel, something else is mimicked. ``values``: the parameters that the
+    columns were made with. ``curved``: the columns hold a curve besides, of the signal or of time,
+    which other effects could be behind. ``pliable``: it follows whatever is near, also where the
+    effect is an exact equation. ``largest``: weights beyond it are not physical; ``positive``: nor
+    those below 0. ``moved()``: (samples,) the strain that reaches the sensor, where that is what
+    the effect changes.
     """
 
-    columns: Floats
+    made: Floats | Callable[[], Floats]
     values: Mapping[str, float]
     form: str = ""
     fixed: bool = False
@@ -208,16 +266,27 @@ class Candidate:
     positive: bool = False
     moved: Callable[[], Floats] | None = None
 
-    @property
-    def conditional(self) -> bool:
-        """Whether weights that fit best may be unphysical."""
-        return self.parallel or self.positive or self.largest < np.inf
+    @cached_property
+    def columns(self) -> Floats:
+        """(samples, p) what the weights belong to."""
+        return self.made() if callable(self.made) else self.made
+
+    def through(self, slope: Floats, keep: slice) -> Candidate:
+        """The same before a curve of this ``slope`` (samples,), or of all samples to ``keep``."""
+
+        def made() -> Floats:
+            columns = self.columns
+            here = slope if len(slope) == len(columns) else slope[keep]
+            result: Floats = columns * here[:, None]
+            return result
+
+        return replace(self, made=made, values={**self.values, BEFORE_CURVE: 1.0})
 
     def leaking(self, through: float) -> Candidate:
         """The same where this part of the signal comes through unchanged."""
         values = {**self.values, "through": through}
-        columns = (1.0 - through) * self.columns
-        return replace(self, columns=columns, values=values, form="leaking")
+        less = (1.0 - through) * self.columns
+        return replace(self, made=less, values=values, form="leaking")
 
 
 Explain = Callable[[Nominal], list[Candidate]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -20,6 +20,10 @@ SLACK = (0.25, 0.5, 1.0)
 CLOSING_S = (0.04, 0.08, 0.15)
 # How gradually elastic ones take hold, as shares of the width.
 SOFTNESSES = (0.1, 0.18, 0.3)
+# How suddenly a drive that gives way takes hold: 0 is play, 1 is Dahl's friction in its middle.
+POWERS = (0.3, 0.7, 1.5)
+# What is left of the play once a drive that stuck is moving.
+MOVING = (0.35, 0.6, 0.85)
 # Of a move from one sample to the next.
 PARTS = 3
 # How many times its softness from a face a move is not passed on.
@@ -46,16 +50,16 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one width, beside a spring, behind slack or with faces that give way; or a
-    width that is not the same everywhere, or not for long."""
+    width that is not the same everywhere, or not for long. Around one of those, closer."""
     width = values["width"]
-    near = width * np.geomspace(0.8, 1.25, 15)
-    # What a spring passes on makes play look narrower than it is.
-    wider = width * np.geomspace(0.9, 1.4, 14)
-    made = _traces(nominal, near) + _dead(nominal, near[::2])
-    made += _worn(nominal, near[3::4]) + _sprung(nominal, wider) + _slack(nominal, near[1::2])
-    made += _soft(nominal, width * np.geomspace(0.8, 1.6, 8))
-    # What is late besides makes play look wider than it is.
-    return made + _damped(nominal, width * np.geomspace(0.3, 1.1, 9))
+    plain = _traces(nominal, width * np.geomspace(0.8, 1.25, 15))
+    for key in _FORMS.keys() & values.keys():
+        close, around = np.geomspace(0.92, 1.09, 5), np.geomspace(0.75, 1.33, 7)
+        return plain + _formed(nominal, key, width * close, values[key] * around)
+    made = plain + _dead(nominal, width * np.geomspace(0.8, 1.25, 5))
+    for key, (_, _, others, widths) in _FORMS.items():
+        made += _formed(nominal, key, width * widths, others)
+    return made
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -65,20 +69,19 @@ def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
     ]
 
 
-def _worn(nominal: Nominal, widths: Floats) -> list[Candidate]:
-    """Play that is wider, or less wide, at the largest strain than at none, or at the end."""
-    reference = nominal.reference
-    passed = np.clip((nominal.time_s - reference.start_s) / reference.duration_s, 0.0, 1.0)
-    courses = {"worn_in_places": np.clip(nominal.strain, 0.0, 1.0), "worn_with_time": passed}
-    result = []
-    for form, course in courses.items():
-        for worn in WORN:
-            wear = np.log(worn) * (course - 0.5)
-            for width in widths:
-                played = partial(_played, nominal, width, wear)
-                values = {"width": float(width), "worn": worn}
-                result.append(_trace(nominal, played, values, form))
-    return result
+def _formed(nominal: Nominal, key: str, widths: Floats, others: Iterable[float]) -> list[Candidate]:
+    """Play of one of ``_FORMS``, which has the parameter ``key`` beside its width."""
+    form, moved_by, *_ = _FORMS[key]
+    return [
+        _trace(
+            nominal,
+            partial(moved_by, nominal, float(width), float(other)),
+            {"width": float(width), key: float(other)},
+            form,
+        )
+        for width in widths
+        for other in others
+    ]
 
 
 def _dead(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -95,49 +98,36 @@ def _taut(nominal: Nominal, slack: float) -> Floats:
     return taut
 
 
-def _slack(nominal: Nominal, widths: Floats) -> list[Candidate]:
-    """Slack at rest, and play behind it."""
-    result = []
-    for width in widths:
-        for share in SLACK:
-            values = {"width": float(width), "slack": share}
-            moved = partial(_behind_slack, nominal, width, share * width)
-            result.append(_trace(nominal, moved, values, "slack"))
-    return result
+def _worn_in_places(nominal: Nominal, width: float, worn: float) -> Floats:
+    """Play that is so many times as wide at the largest strain as at none."""
+    return _played(nominal, width, np.log(worn) * (np.clip(nominal.strain, 0.0, 1.0) - 0.5))
 
 
-def _behind_slack(nominal: Nominal, width: float, slack: float) -> Floats:
-    taut = _taut(nominal, slack)
+def _worn_with_time(nominal: Nominal, width: float, worn: float) -> Floats:
+    """Play that is so many times as wide at the end as at the beginning."""
+    reference = nominal.reference
+    passed = np.clip((nominal.time_s - reference.start_s) / reference.duration_s, 0.0, 1.0)
+    return _played(nominal, width, np.log(worn) * (passed - 0.5))
+
+
+def _behind_slack(nominal: Nominal, width: float, share: float) -> Floats:
+    """Play behind slack at rest, of this share of its width."""
+    taut = _taut(nominal, share * width)
     played: Floats = uneven_play(taut, np.full(len(taut), width))
     return played
 
 
-def _sprung(nominal: Nominal, widths: Floats) -> list[Candidate]:
-    """Play beside a spring, which passes on a part of every move."""
-    result = []
-    for width in widths:
-        for beside in BESIDE:
-            values = {"width": float(width), "beside": beside}
-            moved = partial(_beside_spring, nominal, width, beside)
-            result.append(_trace(nominal, moved, values, "sprung"))
-    return result
-
-
-def _beside_spring(nominal: Nominal, width: float, beside: float) -> Floats:
+def _beside_spring(nominal: Nominal, width: float, share: float) -> Floats:
+    """Play beside a spring, which passes on this share of every move."""
     played = _played(nominal, width)
-    moved: Floats = played + beside * (nominal.strain - played)
+    moved: Floats = played + share * (nominal.strain - played)
     return moved
 
 
-def _soft(nominal: Nominal, widths: Floats) -> list[Candidate]:
+def _soft(nominal: Nominal, width: float, softness: float) -> Floats:
     """Play between elastic faces, which pass on more and more of a move where it reaches them."""
-    result = []
-    for width in widths:
-        for softness in SOFTNESSES:
-            values = {"width": float(width), "softness": softness}
-            moved = partial(_pressing, nominal.strain, float(width), softness * float(width))
-            result.append(_trace(nominal, moved, values, "soft"))
-    return result
+    moved: Floats = _pressing(nominal.strain, width, softness * width)
+    return moved
 
 
 @compiled
@@ -161,16 +151,58 @@ def _pressing(strain: Floats, width: float, softness: float) -> Floats:
     return output
 
 
-def _damped(nominal: Nominal, widths: Floats) -> list[Candidate]:
+def _compliant(nominal: Nominal, width: float, power: float) -> Floats:
+    """A drive with friction that gives way before it slips (Dahl 1976)."""
+    moved: Floats = _giving_way(nominal.strain, width, power)
+    return moved
+
+
+@compiled
+def _giving_way(strain: Floats, width: float, power: float) -> Floats:
+    """(samples,) x - F with dF = dx ((1 - F / half) / 2)^power upwards, half the ``width``."""
+    output = np.empty_like(strain)
+    half, force, x = 0.5 * width, 0.0, strain[0]
+    for k in range(len(strain)):
+        move = (strain[k] - x) / PARTS
+        for _ in range(PARTS):
+            rest = 0.5 * (1.0 - force / half) if move > 0.0 else 0.5 * (1.0 + force / half)
+            force = min(max(force + move * max(rest, 0.0) ** power, -half), half)
+        x = strain[k]
+        output[k] = x - force
+    return output
+
+
+def _stuck(nominal: Nominal, width: float, moving: float) -> Floats:
+    """A drive that sticks after each reversal, and jumps on (Choudhury et al. 2005)."""
+    moved: Floats = _jumping(nominal.strain, width, moving)
+    return moved
+
+
+@compiled
+def _jumping(strain: Floats, width: float, moving: float) -> Floats:
+    """(samples,) that stay until the strain has gone ``width`` from where it turned, and then
+    follow it by this share of half the width."""
+    output = np.empty_like(strain)
+    anchor, way, y = strain[0], 0.0, strain[0]
+    for k in range(len(strain)):
+        x = strain[k]
+        if way != 0.0 and way * (x - anchor) < 0.0:
+            # It has turned.
+            way = 0.0
+        if way != 0.0:
+            anchor = x
+        elif abs(x - anchor) > width:
+            way, anchor = 1.0 if x > anchor else -1.0, x
+        if way != 0.0:
+            y = x - way * 0.5 * moving * width
+        output[k] = y
+    return output
+
+
+def _damped(nominal: Nominal, width: float, closing_s: float) -> Floats:
     """Play between faces that give way: what is beyond the gap is closed in on, in a while."""
-    result = []
-    for closing_s in CLOSING_S:
-        share = -float(np.expm1(-nominal.dt_s / closing_s))
-        for width in widths:
-            values = {"width": float(width), "closing_s": closing_s}
-            moved = partial(_closing, nominal.strain, float(width), share)
-            result.append(_trace(nominal, moved, values, "damped"))
-    return result
+    moved: Floats = _closing(nominal.strain, width, -float(np.expm1(-nominal.dt_s / closing_s)))
+    return moved
 
 
 @compiled
@@ -195,9 +227,29 @@ def _trace(
     nominal: Nominal, moved: Callable[[], Floats], values: Mapping[str, float], form: str
 ) -> Candidate:
     """What the channel says of the strain that is ``moved`` less what it says of the strain."""
-    column = nominal.respond(moved(), nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
-    return Candidate(column[:, None], values, form, fixed=True, moved=moved)
+    return Candidate(partial(_change, nominal, moved), values, form, fixed=True, moved=moved)
 
+
+def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
+    column = nominal.respond(moved(), nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
+    return column[:, None]
+
+
+# Play of more than a width, by its second parameter: what it is called, how it moves, some values,
+# and widths as shares of the play that is nearest. What a spring or a soft face passes on makes
+# play look narrower than it is; what is late besides, wider.
+_FORMS: dict[
+    str, tuple[str, Callable[[Nominal, float, float], Floats], Sequence[float], Floats]
+] = {
+    "worn_in_places": ("worn_in_places", _worn_in_places, WORN, np.geomspace(0.85, 1.18, 4)),
+    "worn_with_time": ("worn_with_time", _worn_with_time, WORN, np.geomspace(0.85, 1.18, 4)),
+    "beside": ("sprung", _beside_spring, BESIDE, np.geomspace(0.95, 1.4, 5)),
+    "slack": ("slack", _behind_slack, SLACK, np.geomspace(0.85, 1.18, 3)),
+    "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
+    "power": ("compliant", _compliant, POWERS, np.geomspace(0.9, 1.8, 4)),
+    "moving": ("stuck", _stuck, MOVING, np.geomspace(0.9, 1.6, 4)),
+    "closing_s": ("damped", _damped, CLOSING_S, np.geomspace(0.3, 1.1, 6)),
+}
 
 EFFECT = Effect(
     name="backlash",
@@ -205,7 +257,8 @@ EFFECT = Effect(
     mechanism="play in the drive, slip or slack: part of a move is lost after each reversal",
     equation="play: y = min(max(y, x - w/2), x + w/2); dead_zone: y = max(x - w, 0)",
     source="play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989); faces "
-    "that give way: Nordin and Gutman, Automatica 38 (2002)",
+    "that give way: Nordin and Gutman, Automatica 38 (2002); sticking: Choudhury, Thornhill and "
+    "Shah, Control Eng. Pract. 13 (2005)",
     fingerprint="flat after each reversal, over the same width on all channels",
     parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
     simulate=simulate,

@@ -108,7 +108,7 @@ def _wandering(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[
         late_s = _late_s(nominal, even.values)
         columns = np.concatenate([even.columns, _read(slope, nominal, late_s)[:, None] * course], 1)
         wandering = replace(even, form="wandering", fixed=False, curved=True, pliable=True)
-        result += [replace(wandering, columns=columns[:, : 1 + count]) for count in COURSES]
+        result += [replace(wandering, made=columns[:, : 1 + count]) for count in COURSES]
     return result
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -41,13 +41,24 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one time constant; a second pole that is faster, or coupled; a part that
-    comes through at once; or another time constant on the way down."""
+    comes through at once; or another time constant on the way down. Around one of those, closer."""
     if "damping" in values:
         return _coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS)
+    close_s, near = values["tau_s"] * np.geomspace(0.92, 1.09, 7), np.geomspace(0.75, 1.33, 7)
+    if "second" in values:
+        return _two_poles(nominal, close_s, values["second"] * near)
+    if "fall" in values:
+        return _uneven(nominal, close_s, values["fall"] * near)
+    if "through" in values:
+        return _leaking(_traces(nominal, close_s), values["through"] * near)
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
     alone = _traces(nominal, times_s)
-    two = _two_poles(nominal, times_s[1::2])
-    return alone + two + _leaking(alone) + _uneven(nominal, times_s[1::2])
+    return [
+        *alone,
+        *_two_poles(nominal, times_s[1::2], SECOND),
+        *_leaking(alone, THROUGH),
+        *_uneven(nominal, times_s[1::2], FALLS),
+    ]
 
 
 def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
@@ -70,33 +81,33 @@ def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
     return result
 
 
-def _two_poles(nominal: Nominal, times_s: Floats) -> list[Candidate]:
-    """Two circuits in a row, the second one faster."""
+def _two_poles(nominal: Nominal, times_s: Floats, parts: Iterable[float]) -> list[Candidate]:
+    """Two circuits in a row, the second with such a part of the first one's time constant."""
     result = []
     for tau_s in times_s:
         once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
-        for part in SECOND:
+        for part in parts:
             y = low_pass(once, nominal.dt_s, np.array([part * tau_s]), None)[0]
             column = (y[:, 0] - nominal.u)[nominal.keep, None]
-            values = {"tau_s": float(tau_s), "poles": 2.0, "second": part}
+            values = {"tau_s": float(tau_s), "poles": 2.0, "second": float(part)}
             result.append(Candidate(column.copy(), values, "unequal", fixed=True))
     return result
 
 
-def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
+def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[Candidate]:
     """(1 + through tau p) / (1 + tau p), and the same of two poles: less of what each adds."""
     circuits = [candidate for candidate in candidates if candidate.form == "circuit"]
-    return [circuit.leaking(through) for circuit in circuits for through in THROUGH]
+    return [circuit.leaking(float(share)) for circuit in circuits for share in shares]
 
 
-def _uneven(nominal: Nominal, times_s: Floats) -> list[Candidate]:
+def _uneven(nominal: Nominal, times_s: Floats, falls: Iterable[float]) -> list[Candidate]:
     """One pole with a time constant on the way up and another on the way down."""
     result = []
     for tau_s in times_s:
-        for fall in FALLS:
+        for fall in falls:
             up, down = (nominal.dt_s / (tau_s * fall**way) for way in (-0.5, 0.5))
             column = (_one_way(nominal.u, up, down) - nominal.u)[nominal.keep, None]
-            values = {"tau_s": float(tau_s), "fall": fall}
+            values = {"tau_s": float(tau_s), "fall": float(fall)}
             result.append(Candidate(column.copy(), values, "uneven", fixed=True))
     return result
 

@@ -23,6 +23,8 @@ LADDERS = (
     (0.6, 1.5, 4.0, 12.0, 36.0, 120.0),
     (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
 )
+# Time constants of one part alone, where the signal is right at once.
+SLOW_S = (10.0, 20.0, 40.0, 80.0, 160.0)
 BENDS = (-1.4, 0.6, 1.2, 2.0)
 # Time constants of a rising signal, and how many times as long a falling one takes.
 PACES_S = (2.0, 4.0, 8.0, 16.0, 32.0)
@@ -64,7 +66,7 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
     singles = _singles(nominal, np.geomspace(0.6, 150.0, 16))
-    return singles + [_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS]
+    return singles + [_prony(_relaxed(nominal, nominal.u, taus), "prony") for taus in LADDERS]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -73,18 +75,18 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     part that relaxes at another pace than it recovers."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
     share = nominal.share
-    curves = [np.expm1(bend * share) / np.expm1(bend) * nominal.span for bend in BENDS]
-    return [
-        *_singles(nominal, near),
-        *(_prony(nominal, nominal.u, taus, "prony") for taus in LADDERS),
-        *(_prony(nominal, curve, taus, "curved") for curve in curves for taus in LADDERS[1:3]),
-        *(
-            _instant(nominal, signal, taus)
-            for signal in (nominal.u, *curves)
-            for taus in LADDERS[1:3]
-        ),
-        *_uneven(nominal),
-    ]
+    plain = [_relaxed(nominal, nominal.u, taus) for taus in LADDERS]
+    result = _singles(nominal, near) + _uneven(nominal)
+    result += [_prony(relaxed, "prony") for relaxed in plain]
+    result += [_instant(nominal, nominal.u, relaxed) for relaxed in plain[1:3]]
+    for bend in BENDS:
+        bent = np.expm1(bend * share) / np.expm1(bend) * nominal.span
+        for taus in LADDERS[1:3]:
+            relaxed = _relaxed(nominal, bent, taus)
+            result += [_prony(relaxed, "curved"), _instant(nominal, bent, relaxed)]
+    for tau in SLOW_S:
+        result.append(_instant(nominal, nominal.u, _relaxed(nominal, nominal.u, (tau,))))
+    return result
 
 
 def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
@@ -99,31 +101,31 @@ def _uneven(nominal: Nominal) -> list[Candidate]:
     for rising_s in PACES_S:
         for recovers in RECOVERIES:
             rising, falling = nominal.dt_s / rising_s, nominal.dt_s / (rising_s * recovers)
-            column = (followed(nominal.u, rising, falling, nominal.u[0]) - nominal.u)[:, None]
+            slow = followed(nominal.u, rising, falling, nominal.u[0])
+            column = (slow - nominal.u)[nominal.keep, None].copy()
             values = {"rising_s": rising_s, "recovers": recovers}
             result.append(Candidate(column, values, "uneven", largest=MOST))
     return result
 
 
-def _prony(nominal: Nominal, signal: Floats, taus: Sequence[float], form: str) -> Candidate:
-    columns = _relaxed(nominal, signal, taus)
-    return Candidate(columns, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
+def _prony(relaxed: Floats, form: str) -> Candidate:
+    return Candidate(relaxed, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
 
 
-def _instant(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Candidate:
+def _instant(nominal: Nominal, signal: Floats, relaxed: Floats) -> Candidate:
     """The same where the signal is known at once, and what it relaxes to is not."""
-    moved = signal - signal[0]
-    columns = _relaxed(nominal, moved, taus) + moved[:, None]
+    columns = relaxed + (signal - signal[0])[nominal.keep, None]
     return Candidate(columns, {}, "instant", parallel=True, largest=MOST_OF_SEVERAL)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
-    """(samples, time constants) what of the signal decays while it is held."""
+    """(kept samples, time constants) what of the signal decays while it is held."""
+    kept = signal[nominal.keep]
     # Each column in one piece of memory.
-    parts = np.empty((len(taus), len(signal))).T
+    parts = np.empty((len(taus), len(kept))).T
     for part, tau in zip(parts.T, taus, strict=True):
         slow = low_pass(signal[:, None], nominal.dt_s, np.array([tau]), None)[0]
-        np.subtract(slow[:, 0], signal, out=part)
+        np.subtract(slow[nominal.keep, 0], kept, out=part)
     return parts
 
 
