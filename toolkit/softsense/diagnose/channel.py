@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose.design import Design, Entry, Fit, Group, Pick, Term
-from softsense.diagnose.nominal import AVERAGED_NOISE
+from softsense.diagnose.nominal import AVERAGED_NOISE, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import BEFORE_CURVE, STAGES, Candidate, Effect, Nominal, all_effects
 
@@ -118,6 +118,7 @@ class Channel:
         # motion nobody could tell is not.
         self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2) + missed
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
+        self._together = slow_over(nominal.strain[self._thin])
         found: dict[str, list[Entry]] = {name: [] for name in known}
         # Channels begin with different effects, so that what one has asked the nominal response is
         # there when another, at work beside it, asks the same.
@@ -210,15 +211,15 @@ class Channel:
                     key = hash(column.tobytes())
                     if key not in places:
                         places[key] = begin + len(own)
-                        own.append(column)
+                        own.append(np.ascontiguousarray(column))
                     at.append(places[key])
                 self.entries.setdefault(name, []).append(replace(entry, at=tuple(at)))
             begin += len(own)
             columns[name] = own
         self.groups = {name: Group(entries) for name, entries in self.entries.items()}
-        self.design = Design(base, columns, self.groups)
+        self.design = Design(base, columns, self.groups, together=self._together)
         # How effects show beside a walk: what the past does not foresee of them.
-        self.walking = Design(base, columns, self.groups, self.gain)
+        self.walking = Design(base, columns, self.groups, self.gain, self._together)
         self.samples = self.design.samples
         squares = float(self.design.squares.sum()) / self.sigma**2
         # Squares of the residual beyond the noise, over its variance.
@@ -483,6 +484,10 @@ class Channel:
         ordered = tuple(picks)
         return min((self._fit(ordered, static) for static in self._statics()), key=self.price)
 
+    def _statics_of(self, fit: Fit) -> tuple[int, ...]:
+        """What is tried beside one effect more: what ``fit`` has, and none."""
+        return (0,) if fit.static is None else (0, len(fit.static))
+
     def _statics(self) -> tuple[int, ...]:
         return 0, 1, self.static.shape[1]
 
@@ -538,8 +543,9 @@ class Channel:
             return self.fit(())
         made = []
         for last in sorted(names):
-            others = dict(self.best(names - {last}).picks)
-            for static in self._statics():
+            fewer = self.best(names - {last})
+            others = dict(fewer.picks)
+            for static in self._statics() if len(names) == 1 else self._statics_of(fewer):
                 fit = self._beside(last, others, static)
                 made.append(fit)
                 made += self._otherwise(last, others, static, fit)
@@ -609,7 +615,7 @@ class Channel:
         gains: Floats = gained / self.sigma**2
         share: Floats = np.full(len(gains), CURVED_SHARE * self.excess)
         if (WALK, 0) not in picks:
-            left = error / self.sigma**2 - gains - self.samples
+            left = error / self.sigma**2 - gains - self.design.chosen_by
             share = np.minimum(share, SHARE_OF_LEFT * np.maximum(left, 0.0))
         costs = WEIGHT_PRICE * group.free_widths
         costs = costs + group.curved * (CURVED_PRICE * self.samples + share)

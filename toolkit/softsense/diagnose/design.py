@@ -2,9 +2,9 @@
 
 The search compares thousands of models of a channel. Each is a least-squares fit on some columns,
 and all that a fit needs are inner products. To choose a candidate beside others takes those over
-the whole time, of one effect's columns with another's: each such tile is made when it is first
-asked for. A model's error on blocks of time that its fit has not seen takes those per block, of
-the few columns that were chosen.
+the whole time, of one effect's columns with another's, where neighbouring samples may be taken
+together; each such tile is made when it is first asked for. A model's error on blocks of time that
+its fit has not seen takes those per block, of every sample of the few columns that were chosen.
 """
 
 from __future__ import annotations
@@ -106,18 +106,22 @@ class Design:
         effects: Mapping[str, Sequence[Floats]] | None = None,
         groups: Mapping[str, Group] | None = None,
         gain: float | None = None,
+        together: int = 1,
     ) -> None:
         """``base``: columns (samples,), first the residual, and then those of each of ``effects``;
         a column's number counts through. ``groups``: the effects' candidates. ``gain``: of a walk,
-        whose innovations all are."""
-        self._parts = {BASE: base, **(effects or {})}
-        self._groups, self._gain = groups or {}, gain
-        ends = np.cumsum([len(part) for part in self._parts.values()])
+        whose innovations all are. ``together``: so many samples make one where candidates are
+        chosen."""
+        parts = {BASE: base, **(effects or {})}
+        self._columns = [column for part in parts.values() for column in part]
+        self._groups, self._gain, self._together = groups or {}, gain, together
+        ends = np.cumsum([len(part) for part in parts.values()])
         begins = [0, *ends[:-1]]
-        self._spans = dict(zip(self._parts, map(slice, begins, ends), strict=True))
+        self._spans = dict(zip(parts, map(slice, begins, ends), strict=True))
         self.samples = len(base[0])
+        self.chosen_by = -(-self.samples // together)
         # Memory that is never written takes no room.
-        self._rows = np.empty((ends[-1], self.samples))
+        self._rows = np.empty((ends[-1], self.chosen_by))
         self._total = np.empty((ends[-1], ends[-1]))
         self._scale = np.empty(ends[-1])
         self._laid: set[str] = set()
@@ -129,6 +133,7 @@ class Design:
         # The residual stands first, and the offset before the curve, which includes it.
         self._static = {0: [], 1: [1], len(base) - 2: list(range(2, len(base)))}
         self._lay(BASE)
+        self._base_rows = self._whole(self._base)
 
     def _lay(self, name: str) -> None:
         """Write the rows of an effect: of size 1 from here on; the residual keeps its own."""
@@ -136,14 +141,20 @@ class Design:
             return
         self._laid.add(name)
         span = self._spans[name]
-        rows = np.stack(self._parts[name], out=self._rows[span])
-        if self._gain is not None:
-            rows[:] = innovations(rows.T, self._gain).T
-        scale = np.sqrt(np.einsum("ij,ij->i", rows, rows) / self.samples) + 1e-12
-        if name == BASE:
-            scale[0] = 1.0
-        self._scale[span] = scale
-        rows /= scale[:, None]
+        for number in range(span.start, span.stop):
+            row, keeps = self._rows[number], number == 0
+            self._scale[number] = _laid(self._column(number), self._together, row, keeps)
+
+    def _column(self, number: int) -> Floats:
+        """(samples,) a column, or its innovations."""
+        column = self._columns[number]
+        return column if self._gain is None else innovations(column[:, None], self._gain)[:, 0]
+
+    def _whole(self, columns: tuple[int, ...]) -> Floats:
+        """(n, samples) of the columns, each of its own size."""
+        if len(columns) == 1:
+            return self._column(columns[0])[None]
+        return np.stack([self._column(number) for number in columns])
 
     def _multiply(self, first: str, second: str) -> None:
         """See to it that the products of two effects' columns are there.
@@ -166,8 +177,10 @@ class Design:
     def _per_block(self, first: tuple[int, ...], second: tuple[int, ...]) -> Floats:
         """(blocks, n, m) products of the columns ``first`` with ``second``."""
         if (first, second) not in self._tiles:
-            a, b = np.array(first, dtype=np.intp), np.array(second, dtype=np.intp)
-            self._tiles[first, second] = _block_products(self._rows, a, b, BLOCKS)
+            one = self._base_rows if first == self._base else self._whole(first)
+            other = one if second == first else self._whole(second)
+            sizes = self._scale[list(first), None] * self._scale[list(second)]
+            self._tiles[first, second] = _block_products(one, other, BLOCKS) / sizes
         return self._tiles[first, second]
 
     @property
@@ -244,18 +257,35 @@ class Design:
 
 
 @compiled
-def _block_products(
-    rows: Floats, first: NDArray[np.intp], second: NDArray[np.intp], blocks: int
-) -> Floats:
-    """(blocks, n, m) products of the rows ``first`` with ``second``."""
-    result = np.empty((blocks, len(first), len(second)))
-    size, more = divmod(rows.shape[1], blocks)
+def _laid(column: Floats, together: int, row: Floats, keeps: bool) -> float:
+    """Write a column of size 1, or as it is where it ``keeps`` it, into ``row``; its size.
+
+    So many samples are one ``together``: of what hardly moves in between that keeps the inner
+    products, and of white noise the size.
+    """
+    square = 0.0
+    for value in column:
+        square += value * value
+    size = 1.0 if keeps else np.sqrt(square / len(column)) + 1e-12
+    for k in range(len(row)):
+        begin, end = k * together, min((k + 1) * together, len(column))
+        total = 0.0
+        for j in range(begin, end):
+            total += column[j]
+        row[k] = total / (size * np.sqrt(end - begin))
+    return size
+
+
+@compiled
+def _block_products(one: Floats, other: Floats, blocks: int) -> Floats:
+    """(blocks, n, m) products of the rows of ``one`` with those of ``other``."""
+    result = np.empty((blocks, len(one), len(other)))
+    size, more = divmod(one.shape[1], blocks)
     for b in range(blocks):
         begin, end = b * size + min(b, more), (b + 1) * size + min(b + 1, more)
-        for i in range(len(first)):
-            for j in range(len(second)):
-                one, other = rows[first[i], begin:end], rows[second[j], begin:end]
-                result[b, i, j] = np.dot(one, other)
+        for i in range(len(one)):
+            for j in range(len(other)):
+                result[b, i, j] = np.dot(one[i, begin:end], other[j, begin:end])
     return result
 
 

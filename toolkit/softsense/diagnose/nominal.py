@@ -30,6 +30,8 @@ AVERAGED_NOISE = float((AVERAGE**2).sum())
 CURVE_KNOTS = 6
 CURVE_POINTS = 41
 FLATTEST = 0.15
+# Samples are taken together that keep so much of the power of the strain's rate.
+SLOW_KEPT = 0.9
 # Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much.
 TREMBLE = 0.05
 ALIKE = 0.1
@@ -81,6 +83,16 @@ def motion_of(
     high = float(target.max()) if high is None else high
     strain = (target - low) / ((high - low) or 1.0)
     return Motion(strain, np.maximum.accumulate(strain), dt_s, start_s, temp_c)
+
+
+def slow_over(strain: Floats) -> int:
+    """Of how many samples (4, 2 or 1) the mean says nearly all of how ``strain`` changes."""
+    change = np.diff(strain)
+    for count in (4, 2):
+        together = change[: len(change) // count * count].reshape(-1, count).mean(axis=1)
+        if count * float((together**2).sum()) > SLOW_KEPT * float((change**2).sum()):
+            return count
+    return 1
 
 
 def spline_basis(values: Floats, knots: int = KNOTS) -> Floats:

@@ -28,6 +28,9 @@ COMPOSED = 8
 COMPOSED_WALKS = 3
 # Single effects that are looked at once more, as those of pairs are.
 REFINED = 4
+# So many of each at first, and the rest where these then leave less than so much of what they did.
+AT_FIRST = 2
+TOLD_MORE = 0.9
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
@@ -147,18 +150,21 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
 
     all_at_once(zoom, range(len(channels)))
     fine = _models(channels, known)
-    pairs = [made for made in fine if len(made.names) > 1]
     # A walk follows what a composition would say.
-    without = [made for made in pairs if WALK not in made.names]
-    several = without[:COMPOSED] + [made for made in pairs if WALK in made.names][:COMPOSED_WALKS]
-    several += [made for made in fine if len(made.names) == 1 and WALK not in made.names][:REFINED]
+    kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
+    kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
+    kinds.append([m for m in fine if len(m.names) == 1 and WALK not in m.names][:REFINED])
+    several = [made for kind in kinds for made in kind[:AT_FIRST]]
+    later = [made for kind in kinds for made in kind[AT_FIRST:]]
     moving = frozenset(name for name in known if all_effects()[name].stage == MOTION)
     if fine[0].names & moving and moving not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
         several.append(replace(model(channels, moving), names=moving))
-    several = [made for made in several if _least(channels, len(made.names)) < fine[0].price]
-    rest = [made for made in fine if made not in several]
-    return _walk_last(channels, by_price([*rest, *_composed(channels, several)]))
+    done = _composed(channels, several, fine[0].price)
+    if any(_left(channels, after) < TOLD_MORE * _left(channels, before) for before, after in done):
+        done += _composed(channels, later, fine[0].price)
+    untouched = [made for made in fine if made not in [before for before, _ in done]]
+    return _walk_last(channels, by_price([*untouched, *(after for _, after in done)]))
 
 
 def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
@@ -185,8 +191,12 @@ def _least(channels: Sequence[Channel], count: int) -> float:
     return price
 
 
-def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Model]:
-    """``several`` where every stage acts on what the stages before have done."""
+def _composed(
+    channels: Sequence[Channel], several: Sequence[Model], price: float
+) -> list[tuple[Model, Model]]:
+    """Those of ``several`` that may come below ``price`` where every stage acts on what the stages
+    before have done, and what they become."""
+    several = [made for made in several if _least(channels, len(made.names)) < price]
 
     def compose(number: int) -> list[Fit]:
         return [channels[number].composed(made.fits[number], made.names) for made in several]
@@ -209,7 +219,7 @@ def _composed(channels: Sequence[Channel], several: Sequence[Model]) -> list[Mod
         made = [
             list(fits) for fits in zip(*all_at_once(together, range(len(channels))), strict=True)
         ]
-    return [priced(channels, tuple(fits)) for fits in made]
+    return list(zip(several, (priced(channels, tuple(fits)) for fits in made), strict=True))
 
 
 def _moved(channels: Sequence[Channel], fits: Sequence[Fit]) -> dict[str, Entry]:
