@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from softsense.diagnose.design import Design, Entry, Fit, Group, Pick, Term
 from softsense.diagnose.nominal import AVERAGED_NOISE, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
-from softsense.effects import BEFORE_CURVE, STAGES, Candidate, Effect, Nominal, all_effects
+from softsense.effects import CALIBRATED, MARKS, STAGES, Candidate, Effect, Nominal, all_effects
 
 Floats = NDArray[np.float64]
 Item = TypeVar("Item")
@@ -62,7 +62,7 @@ OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
 # Parameters that are whole numbers, and have no interval.
-COUNTED = frozenset({"source", "poles", BEFORE_CURVE})
+COUNTED = frozenset({"source", "poles"}) | MARKS
 # 95 % of a chi-squared variable with one degree of freedom.
 CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
@@ -72,6 +72,8 @@ WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
 # What an effect alone may leave of the gap, for a closer look at it before the channel's curve.
 WORTH = 0.5
+# So many narrow candidates are all looked at in other places, whatever was chosen on the codes.
+FEW = 24
 # So many candidates whose weights are not as physics has them are left for the next best.
 REFUSED = 4
 # How often effects are fitted again upon what the others then do.
@@ -130,26 +132,27 @@ class Channel:
         self._take(found)
 
     def _offered(
-        self, nominal: Nominal, name: str, near: Mapping[str, float] | None
+        self, nominal: Nominal, name: str, near: Mapping[str, float] | None, place: str = ""
     ) -> list[Entry]:
-        """What an effect explains, or its zoom around ``near``."""
-        made = offered(self._asked(all_effects()[name], nominal), name, near)
-        return [self._entry(candidate, k, near) for k, candidate in enumerate(made)]
+        """What an effect explains in a place, or its zoom around ``near``."""
+        made = offered(self._asked(all_effects()[name], nominal), name, near, place)
+        return [self._entry(candidate, k, near, place) for k, candidate in enumerate(made)]
 
-    def _before_curve(
-        self, nominal: Nominal, name: str, near: Mapping[str, float] | None, numbers: Iterable[int]
-    ) -> list[Entry]:
-        """The same, of these ``numbers``, before the channel's curve; none where it says nothing
-        new."""
-        effect = all_effects()[name]
-        if not self._felt(effect):
-            return []
-        made = before_curve(self._asked(effect, nominal), name, near)
-        return [self._entry(made[k], ~k, near) for k in numbers]
-
-    def _felt(self, effect: Effect) -> bool:
-        """Whether an effect does something else before the channel's curve than behind it."""
-        return self.nominal.curve.bent and effect.stage == MATERIAL
+    def _elsewhere(self, nominal: Nominal, name: str, there: Iterable[Entry]) -> list[Entry]:
+        """The candidates ``there`` in all other places where the effect may act."""
+        effect, entries = all_effects()[name], []
+        asked = self._asked(effect, nominal)
+        for place in ("", *self.nominal.places) if effect.stage == MATERIAL else ():
+            made: dict[Hashable, list[Candidate]] = {}
+            for entry in there:
+                if entry.place == place:
+                    continue
+                key = None if entry.near is None else tuple(entry.near.items())
+                if key not in made:
+                    made[key] = offered(asked, name, entry.near, place)
+                number = entry.number
+                entries.append(self._entry(made[key][number], number, entry.near, place))
+        return entries
 
     def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
         """``nominal`` for traces of the samples that the search looks at."""
@@ -187,13 +190,13 @@ class Channel:
         return likely_gain(left, self.sigma)
 
     def _entry(
-        self, candidate: Candidate, number: int, near: Mapping[str, float] | None = None
+        self, candidate: Candidate, number: int, near: Mapping[str, float] | None, place: str
     ) -> Entry:
         columns = candidate.columns
         if len(columns) == len(self.residual) and self._thin.step > 1:
             # A copy, so that the whole is not kept.
             columns = columns[self._thin].copy()
-        return Entry((), replace(candidate, made=columns), number, near)
+        return Entry((), replace(candidate, made=columns), number, near, place)
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
@@ -245,7 +248,8 @@ class Channel:
             kept = [entries[number] for number in sorted(numbers)]
             found[name] = [*kept] if effect.zoom else [*entries]
             if self.left(self.best(frozenset({name}))) < WORTH * self.excess:
-                found[name] += self._before_curve(self.nominal, name, None, sorted(numbers))
+                narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
+                found[name] += self._elsewhere(self.nominal, name, entries if narrow else kept)
             if effect.zoom:
                 for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
                     found[name] += self._offered(self.nominal, name, dict(near))
@@ -272,9 +276,8 @@ class Channel:
         """``fit``, or a cheaper one that begins with the motion as another channel knows it."""
         begin = dict(self.entries)
         for name, other in moved.items():
-            effect = all_effects()[name]
-            again = explained(self._asked(effect, self.nominal), name, other.number, other.near)
-            self.entries[name].append(replace(self._entry(again, other.number, other.near), at=()))
+            again = self._again(self.nominal, name, other)
+            self.entries[name].append(replace(again, at=()))
             begin[name] = self.entries[name][-1:]
         return self._upon_each_other_from([self._among(begin, names)], fit)
 
@@ -384,26 +387,22 @@ class Channel:
 
     def _upon(self, nominal: Nominal, name: str, number: int) -> list[Entry]:
         """A candidate and what is close to it, of a changed nominal signal."""
-        entry, effect = self.entries[name][number], all_effects()[name]
-        asked = self._asked(effect, nominal)
-        made = [
-            self._entry(explained(asked, name, entry.number, entry.near), entry.number, entry.near)
-        ]
-        if effect.zoom is None:
-            # Of few candidates: the same one on the other side of the channel's curve.
-            if self._felt(effect):
-                other = explained(asked, name, ~entry.number, None)
-                made.append(self._entry(other, ~entry.number))
-        else:
-            near = dict(entry.candidate.values)
-            close = self._offered(nominal, name, near)
-            made += [*close, *self._before_curve(nominal, name, near, range(len(close)))]
-        return [replace(entry, nominal=nominal) for entry in made]
+        entry = self.entries[name][number]
+        made = [self._again(nominal, name, entry), *self._elsewhere(nominal, name, [entry])]
+        near = None if all_effects()[name].zoom is None else dict(entry.candidate.values)
+        made += self._offered(nominal, name, near, entry.place)
+        return [replace(other, nominal=nominal) for other in made]
+
+    def _again(self, nominal: Nominal, name: str, entry: Entry) -> Entry:
+        """A candidate of another nominal signal."""
+        asked = self._asked(all_effects()[name], nominal)
+        source = entry.number, entry.near, entry.place
+        return self._entry(explained(asked, name, *source), *source)
 
     def _once_more(self, name: str, number: int) -> list[Entry]:
         """The same where nothing has changed the nominal signal."""
         entry = self.entries[name][number]
-        key = name, entry.number, *(entry.near or {}).items()
+        key = name, entry.number, entry.place, *(entry.near or {}).items()
         if key not in self._unchanged:
             while len(self._unchanged) >= KEPT:
                 del self._unchanged[next(iter(self._unchanged))]
@@ -416,7 +415,7 @@ class Channel:
         if self._thin.step == 1:
             return entry.candidate.columns
         nominal = entry.nominal or self.nominal
-        return explained(nominal, pick[0], entry.number, entry.near).columns
+        return explained(nominal, pick[0], entry.number, entry.near, entry.place).columns
 
     def left(self, fit: Fit) -> float:
         """Error on unseen time over the noise variance, beyond the noise itself."""
@@ -742,26 +741,32 @@ def beside_walk(effects: int) -> float:
     return 1.0 + BESIDE_WALK * min(effects, 1) + max(effects - 1, 0)
 
 
-def offered(nominal: Nominal, name: str, near: Mapping[str, float] | None) -> list[Candidate]:
-    """What the effect ``name`` explains, or its zoom around ``near``."""
+def offered(
+    nominal: Nominal, name: str, near: Mapping[str, float] | None, place: str
+) -> list[Candidate]:
+    """What the effect ``name`` explains in a place, or its zoom around ``near``; also beside a
+    simulator that was calibrated with it there."""
+    if place:
+        there, slope = nominal.at(place)
+        made = offered(there, name, near, "")
+        return [candidate.through(slope, nominal.keep, place) for candidate in made]
     effect = all_effects()[name]
     if near is None:
-        return effect.explain(nominal) if effect.explain else []
-    assert effect.zoom is not None, name
-    return effect.zoom(nominal, near)
-
-
-def before_curve(nominal: Nominal, name: str, near: Mapping[str, float] | None) -> list[Candidate]:
-    """The same before the channel's curve, where a material may have its effects."""
-    before, slope = nominal.before_curve()
-    return [candidate.through(slope, nominal.keep) for candidate in offered(before, name, near)]
+        made = effect.explain(nominal) if effect.explain else []
+    else:
+        assert effect.zoom is not None, name
+        made = effect.zoom(nominal, near)
+    if not effect.lasting:
+        return made
+    less = nominal.calibration()
+    calibrated = [candidate.calibrated(less) for candidate in made if not candidate.curved]
+    if near is None:
+        return made + calibrated
+    return calibrated if CALIBRATED in near else made
 
 
 def explained(
-    nominal: Nominal, name: str, number: int, near: Mapping[str, float] | None
+    nominal: Nominal, name: str, number: int, near: Mapping[str, float] | None, place: str
 ) -> Candidate:
-    """One candidate of the effect ``name``: of what it explains, or of its zoom around ``near``;
-    before the channel's curve they are counted from -1 down."""
-    if number < 0:
-        return before_curve(nominal, name, near)[~number]
-    return offered(nominal, name, near)[number]
+    """One candidate of the effect ``name``: of what it explains, or of its zoom around ``near``."""
+    return offered(nominal, name, near, place)[number]

@@ -34,13 +34,15 @@ _ROUNDING = 1e-12
 class Entry:
     """Where a candidate's columns stand in the table: ``at``, empty for those of another table.
 
-    ``number`` in what its effect explains; where ``near`` is given, in its zoom around that.
+    ``number`` in what its effect explains; where ``near`` is given, in its zoom around that;
+    ``place``: where its effect acts (``Nominal.places``), or on the codes.
     """
 
     at: tuple[int, ...]
     candidate: Candidate
     number: int
     near: Mapping[str, float] | None = None
+    place: str = ""
     # The changed signal that it acts on, where that is not the channel's own.
     nominal: Nominal | None = None
 
@@ -153,7 +155,7 @@ class Design:
     def _whole(self, columns: tuple[int, ...]) -> Floats:
         """(n, samples) of the columns, each of its own size."""
         if len(columns) == 1:
-            return self._column(columns[0])[None]
+            return np.ascontiguousarray(self._column(columns[0]))[None]
         return np.stack([self._column(number) for number in columns])
 
     def _multiply(self, first: str, second: str) -> None:

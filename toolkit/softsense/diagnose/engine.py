@@ -58,7 +58,8 @@ SAME = 0.05
 class Trace:
     """One effect on one channel: the candidate that fits, and its weights.
 
-    ``near``: of the effect's zoom around these values. ``upon``: it acts on what the traces of
+    ``near``: of the effect's zoom around these values. ``place``: where a material's effect acts
+    (``Nominal.places``). ``upon``: it acts on what the traces of
     earlier stages have done, not on the nominal signal.
     """
 
@@ -66,6 +67,7 @@ class Trace:
     channel: int
     candidate: int
     near: dict[str, float] | None
+    place: str
     upon: bool
     weights: Floats
     values: dict[str, float]
@@ -284,7 +286,7 @@ def _applied(
                 stage = all_effects()[trace.effect].stage
                 acted_on = nominal.acting_on(smooth[:, channel] + done, moved)
             upon = acted_on if trace.upon else nominal
-            candidate = explained(upon, trace.effect, trace.candidate, trace.near)
+            candidate = explained(upon, trace.effect, trace.candidate, trace.near, trace.place)
             done += candidate.columns @ trace.weights
             moved = candidate.moved or moved
         change[:, channel] += done

@@ -53,6 +53,7 @@ def read(folder: Path) -> Diagnosis:
                 t["channel"],
                 t["candidate"],
                 t["near"],
+                t["place"],
                 t["upon"],
                 np.asarray(t["weights"], dtype=np.float64),
                 t["values"],

@@ -23,7 +23,7 @@ from softsense.diagnose.nominal import (
 from softsense.diagnose.search import Model, by_price, model, priced
 from softsense.diagnose.variance import Finding
 from softsense.diagnose.walk import innovations, without_slow
-from softsense.effects import BEFORE_CURVE, all_effects
+from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
 
 Floats = NDArray[np.float64]
@@ -299,10 +299,11 @@ def _traces(channels: Sequence[Channel], best: Model) -> tuple[engine.Trace, ...
             entry = channel.entries[name][index]
             values = {key: float(value) for key, value in entry.candidate.values.items()}
             near = None if entry.near is None else {k: float(v) for k, v in entry.near.items()}
-            upon = entry.nominal is not None
-            form = entry.candidate.form
+            upon, form = entry.nominal is not None, entry.candidate.form
             traces.append(
-                engine.Trace(name, number, entry.number, near, upon, weights, values, form)
+                engine.Trace(
+                    name, number, entry.number, near, entry.place, upon, weights, values, form
+                )
             )
     return tuple(traces)
 
@@ -447,7 +448,7 @@ def _parameters(
         trace = channel.columns(pick) @ weights
         for block in np.array_split(np.arange(len(trace)), BLOCKS):
             sizes.append(float(np.sqrt(np.mean(trace[block] ** 2))))
-        for key in channel.entries[name][pick[1]].candidate.values.keys() - {BEFORE_CURVE}:
+        for key in channel.entries[name][pick[1]].candidate.values.keys() - MARKS:
             values.setdefault(key, []).append(channel.interval(fit, name, key))
     draws = [float(np.mean(rng.choice(sizes, len(sizes)))) for _ in range(200)]
     result: dict[str, Any] = {

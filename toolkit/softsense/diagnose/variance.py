@@ -25,6 +25,10 @@ NOISE_FACTOR = 2.5
 LONE_FACTOR = 1.6
 AGREEING = 3
 AGREED = 1.15
+# And less still where some, at least so many, are as loud as simulated within this factor.
+SIMULATED = 2
+RIGHT = 1.1
+BESIDE_RIGHT = 1.4
 # Samples of a spectrum in whose middle lines do not show.
 PIECE = 256
 LINE_RATIO = 18.0
@@ -568,6 +572,8 @@ def _apart(more: Mapping[int, float]) -> set[int]:
     usual = {c for c, factor in more.items() if factor < AGREED * least}
     others = more.keys() - usual
     most = max((more[c] for c in usual), default=0.0)
+    if len(usual) >= SIMULATED and least > 1.0 / RIGHT and most < RIGHT:
+        return others if all(more[c] > BESIDE_RIGHT for c in others) else set()
     apart = all(more[c] > LONE_FACTOR * most for c in others)
     return others if apart and len(usual) >= max(AGREEING, len(others) + 1) else set()
 

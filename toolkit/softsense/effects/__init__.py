@@ -39,8 +39,17 @@ STAGES: tuple[Stage, ...] = ("motion", "material", "electrical")
 # Slow effects state their size after this time: 8000 samples at 20 Hz.
 REFERENCE_S = 400.0
 
-# Says of a candidate's values that it acts before the channel's curve.
+# Where a material's effect may act besides on the codes that the simulator says: before the
+# channel's curve made them, or on what the strain alone says of them. Values of a candidate say so,
+# and that the simulator's curve was fitted with the effect there.
 BEFORE_CURVE = "before_curve"
+ELASTIC = "elastic"
+CALIBRATED = "calibrated"
+MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED})
+# What relaxes or lags behind, of the span, before it matters which of them is meant.
+STRESSED = 0.004
+# Powers of the strain that make such a curve.
+CURVE_POWERS = 4
 
 # A curve is bent whose steepest part is more than so many times its flattest.
 BENT = 1.3
@@ -104,6 +113,11 @@ class Curve:
         """Whether the curve is not nearly a straight line."""
         steps = np.abs(np.diff(self.codes))
         return float(steps.max()) > BENT * float(steps.min())
+
+    def at(self, strain: Floats) -> Floats:
+        """(samples,) codes; at its ends as inside."""
+        result: Floats = np.interp(strain, np.linspace(0.0, 1.0, len(self.codes)), self.codes)
+        return result
 
     def strain(self, codes: Floats) -> Floats:
         """(samples,) of the range, straight on beyond its ends, where the curve has ``codes``."""
@@ -186,20 +200,51 @@ class Nominal:
         """The channel's codes over strain, in the reference."""
         return self.reference.curves[self.channel]
 
-    def before_curve(self) -> tuple[Nominal, Floats]:
-        """The same where the channel's codes are what the curve makes ``codes`` of, laid over the
-        same span; and (samples,) by how much the curve then changes them."""
-        felt = self.curve.strain(self.u)
-        places = np.array([self.rest, self.low, self.low + self.span])
-        rest, *ends = self.low + self.span * self.curve.strain(places)
-        codes, reference = self.codes.copy(), self.reference
-        codes[:, self.channel] = self.low + self.span * felt
+    @property
+    def places(self) -> tuple[str, ...]:
+        """Where else a material's effect may act, where that is not the same."""
+        lag = self.u - self.curve.at(self.strain)
+        stressed = float(lag.std()) > STRESSED * self.span
+        return (BEFORE_CURVE,) * self.curve.bent + (ELASTIC,) * stressed
+
+    def at(self, place: str) -> tuple[Nominal, Floats]:
+        """The same in one of ``places``, over the same span of codes; and (samples,) by how much
+        what changes there changes the codes."""
+        reference = self.reference
+        rest = np.array([self.rest, self.low, self.low + self.span])
+        if place == ELASTIC:
+            felt = self.curve.at(self.strain)
+            ends = self.curve.at(np.array([0.0, 0.0, 1.0]))
+            slope = np.ones(len(felt))
+        else:
+            strain = self.curve.strain(self.u)
+            felt = self.low + self.span * strain
+            ends = self.low + self.span * self.curve.strain(rest)
+            slope = self.curve.slope(strain) / self.span
+        codes = self.codes.copy()
+        codes[:, self.channel] = felt
         rests, lows, spans = reference.rest.copy(), reference.low.copy(), reference.span.copy()
-        rests[self.channel], lows[self.channel] = rest, min(ends)
-        spans[self.channel] = max(ends) - min(ends)
+        rests[self.channel], lows[self.channel] = ends[0], ends[1:].min()
+        spans[self.channel] = np.ptp(ends[1:])
         reference = replace(reference, rest=rests, low=lows, span=spans)
-        slope = self.curve.slope(felt) / self.span
         return replace(self, codes=codes, reference=reference), slope
+
+    def calibration(self) -> Callable[[Floats], Floats]:
+        """What takes from columns (samples, p) their mean curve over strain, of the reference."""
+
+        @cache
+        def powers(samples: int) -> tuple[Floats, Floats]:
+            step = 1 if samples == len(self.strain) else self.keep.step
+            table: Floats = np.vander(self.strain[::step], CURVE_POWERS).astype(np.float64)
+            first = table[: round(self.reference.duration_s / self.dt_s / step)]
+            return table, np.linalg.solve(first.T @ first, first.T).astype(np.float64)
+
+        def less(columns: Floats) -> Floats:
+            table, fit = powers(len(columns))
+            result: Floats = columns - table @ (fit @ columns[: fit.shape[1]])
+            return result
+
+        return less
 
     @property
     def rest(self) -> float:
@@ -271,8 +316,8 @@ class Candidate:
         """(samples, p) what the weights belong to."""
         return self.made() if callable(self.made) else self.made
 
-    def through(self, slope: Floats, keep: slice) -> Candidate:
-        """The same before a curve of this ``slope`` (samples,), or of all samples to ``keep``."""
+    def through(self, slope: Floats, keep: slice, place: str) -> Candidate:
+        """The same in a ``place`` of this ``slope`` (samples,), or of all samples to ``keep``."""
 
         def made() -> Floats:
             columns = self.columns
@@ -280,7 +325,13 @@ class Candidate:
             result: Floats = columns * here[:, None]
             return result
 
-        return replace(self, made=made, values={**self.values, BEFORE_CURVE: 1.0})
+        return replace(self, made=made, values={**self.values, place: 1.0})
+
+    def calibrated(self, less: Callable[[Floats], Floats]) -> Candidate:
+        """The same beside a simulator whose curve was fitted to what the effect makes of it, which
+        is ``less`` then (``Nominal.calibration``)."""
+        values = {**self.values, CALIBRATED: 1.0}
+        return replace(self, made=lambda: less(self.columns), values=values)
 
     def leaking(self, through: float) -> Candidate:
         """The same where this part of the signal comes through unchanged."""
@@ -303,6 +354,8 @@ class Effect:
     it; ``values`` holds (channels,) or (channels, parts) for every parameter. Call ``apply``,
     which fills in defaults. ``exact``: the equation is what happens, not a model of a material.
     ``memoryless``: its traces at an instant follow from the nominal signals at that instant.
+    ``lasting``: it depends on what was before, and has a mean curve over the strain besides, which
+    the calibration of a simulator takes in.
     """
 
     name: str
@@ -319,6 +372,7 @@ class Effect:
     zoom: Zoom | None = None
     exact: bool = False
     memoryless: bool = False
+    lasting: bool = False
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

@@ -29,6 +29,11 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
 }
 
 
+# Time constants of two that settle together.
+FAST_S = (12.0, 20.0, 32.0, 50.0)
+SLOW_S = (120.0, 200.0, 330.0, 550.0)
+
+
 def course(t_s: Floats, values: Values, form: str) -> Floats:
     """(samples, channels): 0 at time 0 and 1 after ``REFERENCE_S``."""
     t = np.maximum(t_s, 0.0)[:, None]
@@ -60,7 +65,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_laws(nominal, ("hyperbolic", "root"), (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0)),
         *_laws(nominal, ("exponential",), (30.0, 60.0, 120.0, 240.0), orders=(0.6, 1.5, 2.0)),
         *_laws(nominal, ("log",), (20.0, 60.0, 150.0), orders=(0.7, 1.4)),
-        _mixed(nominal),
+        *_mixed(nominal),
     ]
 
 
@@ -68,7 +73,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """All laws around one time constant, or around one exponent; and some of them together."""
     if "exponent" in values:
         near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
-        return [*_powers(nominal, near.tolist(), SLOPES), _mixed(nominal)]
+        return [*_powers(nominal, near.tolist(), SLOPES), *_mixed(nominal)]
     if "tau_s" not in values:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
@@ -76,7 +81,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     return [
         *_laws(nominal, ("log", "exponential", "hyperbolic", "root"), taus, SLOPES),
         *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),
-        _mixed(nominal),
+        *_mixed(nominal),
     ]
 
 
@@ -118,11 +123,17 @@ def _felt(
     ]
 
 
-def _mixed(nominal: Nominal) -> Candidate:
-    """Three laws at once."""
+def _mixed(nominal: Nominal) -> list[Candidate]:
+    """Three laws at once; and two that settle, one after the other, either way."""
     t = np.maximum(nominal.time_s, 0.0)
     laws = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
-    return Candidate(np.stack(laws, axis=1) * nominal.span, {}, "mixed")
+    result = [Candidate(np.stack(laws, axis=1) * nominal.span, {}, "mixed")]
+    for fast_s in FAST_S:
+        for slow_s in SLOW_S:
+            two = [-np.expm1(-t / fast_s), -np.expm1(-t / slow_s)]
+            values = {"tau_s": slow_s, "fast_s": fast_s}
+            result.append(Candidate(np.stack(two, axis=1) * nominal.span, values, "two"))
+    return result
 
 
 EFFECT = Effect(

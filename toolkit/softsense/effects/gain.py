@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from softsense.effects import (
@@ -45,7 +47,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the way gone; or to the
     resistance, whose voltage is read behind a divider."""
     t = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
-    way = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
+    way = _way(nominal)
     moved = nominal.u - nominal.rest
     return [
         Candidate(moved[:, None], {}, "constant"),
@@ -53,16 +55,49 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate((moved * t)[:, None], {}, "ageing"),
         Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
         Candidate((moved * np.sqrt(way))[:, None], {}, "cycles"),
-        *(Candidate((moved * np.log1p(way / w))[:, None], {}, "logarithmic") for w in (2.0, 20.0)),
-        *(
-            Candidate((moved * -np.expm1(-t / part))[:, None], {}, "settling")
-            for part in (0.05, 0.15, 0.4)
-        ),
-        *(
-            Candidate((moved * -np.expm1(-((t / part) ** order)))[:, None], {}, "avrami")
-            for part in (0.2, 0.35, 0.6)
-            for order in (1.5, 2.0)
-        ),
+        *_logarithmic(nominal, (2.0, 20.0)),
+        *_settling(nominal, (0.05, 0.15, 0.4), (1.0,)),
+        *_settling(nominal, (0.2, 0.35, 0.6), (1.5, 2.0)),
+    ]
+
+
+def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """The same around one way, or one time and order; what has neither, nothing closer."""
+    if "ways" in values:
+        return _logarithmic(nominal, (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist())
+    if "part" in values:
+        parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
+        return _settling(nominal, parts, (0.8, 1.0, 1.25, 1.5, 1.75, 2.0))
+    return explain(nominal)
+
+
+def _way(nominal: Nominal) -> Floats:
+    """(samples,) strain ranges gone so far."""
+    way: Floats = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
+    return way
+
+
+def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
+    """With the logarithm of the way gone."""
+    moved, way = nominal.u - nominal.rest, _way(nominal)
+    return [
+        Candidate((moved * np.log1p(way / one))[:, None], {"ways": one}, "logarithmic")
+        for one in ways
+    ]
+
+
+def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float]) -> list[Candidate]:
+    """From one gain to another in such a part of 400 s (Weibull; Avrami where it begins slowly)."""
+    t = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
+    moved = nominal.u - nominal.rest
+    return [
+        Candidate(
+            (moved * -np.expm1(-((t / part) ** order)))[:, None],
+            {"part": part, "order": order},
+            "settling",
+        )
+        for part in parts
+        for order in orders
     ]
 
 
@@ -90,6 +125,7 @@ EFFECT = Effect(
     parameters=(Parameter("amplitude", "1", -0.4, 0.4, 0.1, "relative change of the gain"),),
     simulate=simulate,
     explain=explain,
+    zoom=zoom,
     forms=("constant", "time", "cycles"),
     exact=True,
 )

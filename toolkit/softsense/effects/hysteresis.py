@@ -195,4 +195,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     forms=("prandtl_ishlinskii", "bouc_wen", "dahl"),
+    lasting=True,
 )

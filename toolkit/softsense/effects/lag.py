@@ -17,6 +17,10 @@ SECOND = (0.12, 0.25, 0.5)
 FALLS = (0.5, 0.7, 1.4, 2.0)
 # What comes through at once where the capacitor has a resistance of its own.
 THROUGH = (0.1, 0.2)
+# Poles of a line of resistors and capacitors, as the roots of how many times the first they are.
+LINE = (1, 3, 5, 7)
+# What is never left of a sensor's share of its divider.
+EDGE = 0.02
 # Of two poles that are coupled: Chebyshev, Butterworth and Bessel filters are in between.
 DAMPINGS = (0.5, 0.7, 0.87)
 
@@ -55,6 +59,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     alone = _traces(nominal, times_s)
     return [
         *alone,
+        *_lines(nominal, times_s),
         *_two_poles(nominal, times_s[1::2], SECOND),
         *_leaking(alone, THROUGH),
         *_uneven(nominal, times_s[1::2], FALLS),
@@ -92,6 +97,42 @@ def _two_poles(nominal: Nominal, times_s: Floats, parts: Iterable[float]) -> lis
             values = {"tau_s": float(tau_s), "poles": 2.0, "second": float(part)}
             result.append(Candidate(column.copy(), values, "unequal", fixed=True))
     return result
+
+
+def _lines(nominal: Nominal, times_s: Floats) -> list[Candidate]:
+    """A line of many small resistors and capacitors, seen at its end or at its beginning (a finite
+    Warburg element); and one whose resistor is the sensor itself, the lower or the upper one."""
+    u, result = nominal.u, []
+    low = np.clip(u / nominal.full_scale, 0.0, 1.0) + EDGE
+    for tau_s in times_s:
+        end, begin = u, u.copy()
+        for number in LINE:
+            part_s = np.array([tau_s / number**2])
+            end = low_pass(end[:, None], nominal.dt_s, part_s, None)[0][:, 0]
+            slow = low_pass(u[:, None], nominal.dt_s, part_s, None)[0][:, 0]
+            begin += 8.0 / (np.pi * number) ** 2 * (slow - u)
+        own = [
+            _at_own_pace(u, nominal.dt_s / (tau_s * share / share.mean()))
+            for share in (low, 1.0 + 2.0 * EDGE - low)
+        ]
+        for form, y in (("line", end), ("diffusion", begin), ("own", own[0]), ("own", own[1])):
+            column = (y - u)[nominal.keep, None]
+            result.append(Candidate(column.copy(), {"tau_s": float(tau_s)}, form, fixed=True))
+    return result
+
+
+@compiled
+def _at_own_pace(u: Floats, pull: Floats) -> Floats:
+    """(samples,) what follows ``u`` at rates ``pull`` (samples,), exact between samples of one."""
+    output = np.empty_like(u)
+    y = u[0]
+    output[0] = y
+    for k in range(1, len(u)):
+        kept = np.exp(-pull[k])
+        share = (1.0 - kept) / pull[k]
+        y = kept * y + (1.0 - share) * u[k] + (share - kept) * u[k - 1]
+        output[k] = y
+    return output
 
 
 def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[Candidate]:

@@ -147,4 +147,5 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
+    lasting=True,
 )

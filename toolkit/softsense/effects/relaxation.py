@@ -10,7 +10,7 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 from softsense.effects.operators import followed, low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
-MOST = 0.85
+MOST = 0.7
 # The same for a part beside others: all parts of a fractional element together relax more than 1.
 MOST_OF_SEVERAL = 0.95
 # Poles that stand for a fractional element, two per decade below its longest time.
@@ -22,6 +22,7 @@ LADDERS = (
     (0.6, 3.0, 15.0, 75.0),
     (0.6, 1.5, 4.0, 12.0, 36.0, 120.0),
     (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
+    (0.05, 0.15, 0.5, 1.5, 5.0, 20.0, 80.0, 400.0),
 )
 # Time constants of one part alone, where the signal is right at once.
 SLOW_S = (10.0, 20.0, 40.0, 80.0, 160.0)
@@ -146,4 +147,5 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     forms=("prony", "power_law"),
+    lasting=True,
 )

@@ -8,6 +8,14 @@ import numpy as np
 from scipy.special import erf
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects.operators import compiled
+
+# Strain at which chains of some lengths break, and strain gone beyond it until they have, of the
+# range.
+LIMITS = (0.25, 0.45, 0.65, 0.85)
+PATIENCE = (0.1, 0.3, 1.0)
+# How slowly the largest strain is forgotten, where it is.
+HEAL_S = (150.0, 400.0)
 
 
 def simulate(
@@ -33,14 +41,56 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The laws of softening around one width; what has none, nothing closer."""
-    if "width" not in values:
-        return _bends(nominal)
+    often = _classes(nominal) + _forgetting(nominal)
+    if "grows" not in values:
+        return _bends(nominal) + often
     grows = values["grows"]
-    return _laws(
+    return often + _laws(
         nominal,
         values["width"] * np.array([0.4, 0.63, 1.0, 1.6, 2.5]),
         np.array([0.0, 0.15]) if not grows else grows * np.array([0.5, 1.0, 2.0]),
     )
+
+
+def _classes(nominal: Nominal) -> list[Candidate]:
+    """Chains of some lengths, which break over some cycles where the strain passes their limits
+    (Diani, Brieu and Vacherand, Eur. J. Mech. A 25, 2006): what they carried below is lost."""
+    x = np.maximum(nominal.strain, 0.0)
+    forth = np.maximum(np.diff(nominal.strain, prepend=nominal.strain[0]), 0.0)
+    result = []
+    for patience in PATIENCE:
+        lost = []
+        for limit in LIMITS:
+            broken = -np.expm1(-np.cumsum(np.where(x > limit, forth, 0.0)) / patience)
+            lost.append(broken * np.maximum(1.0 - (x / limit) ** 2, 0.0) * x * nominal.span)
+        values = {"patience": patience}
+        result.append(Candidate(np.stack(lost, axis=1), values, "classes", parallel=True))
+    return result
+
+
+def _forgetting(nominal: Nominal) -> list[Candidate]:
+    """The exponential law below a largest strain that is slowly forgotten."""
+    result = []
+    for heal_s in HEAL_S:
+        largest = _forgotten(nominal.strain, float(np.exp(-nominal.dt_s / heal_s)))
+        for width in (0.15, 0.25, 0.4):
+            soft = -np.expm1(-(largest - nominal.strain) / width) * nominal.span
+            values = {"width": width, "heal_s": heal_s}
+            for part in (soft * nominal.share, soft * nominal.strain):
+                result.append(Candidate(part[:, None], values, "forgetting"))
+    return result
+
+
+@compiled
+def _forgotten(strain: Floats, kept: float) -> Floats:
+    """(samples,) largest strain so far, of whose distance so much is ``kept`` from sample to
+    sample."""
+    output = np.empty_like(strain)
+    largest = strain[0]
+    for k in range(len(strain)):
+        largest = max(strain[k], strain[k] + (largest - strain[k]) * kept)
+        output[k] = largest
+    return output
 
 
 def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
