@@ -34,6 +34,7 @@ from softsense.diagnose.nominal import (
     told,
 )
 from softsense.diagnose.search import Model, search
+from softsense.diagnose.vetting import vetted
 from softsense.effects import Nominal, Reference, all_effects
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
@@ -182,7 +183,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     plain = [f for f in variance.evident(beside, motion, coarse) if f.name not in without]
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
     channels = _channels(smooth, motion, quiet, own, missed, reference, sim.adc_bits, known)
-    models = search(channels, known)
+    models, jerky = vetted(channels, search(channels, known), motion)
     left = residual - _said(channels, models[0])
     found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
@@ -193,7 +194,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     if again:
         # Spikes and lines had been taken for noise, or too much for a line.
         channels = _channels(smooth, motion, better, own, missed, reference, sim.adc_bits, known)
-        models = search(channels, known)
+        models, jerky = vetted(channels, search(channels, known), motion)
         left = residual - _said(channels, models[0])
     if again or tones:
         found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse, tones)
@@ -201,7 +202,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     found = [finding for finding in found if finding.name not in without]
     from softsense.diagnose.telling import tell
 
-    return tell(sim, real, motion, smooth, channels, models, found, nameless, seed)
+    return tell(sim, real, motion, smooth, channels, models, jerky, found, nameless, seed)
 
 
 def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:

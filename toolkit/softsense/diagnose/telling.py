@@ -10,19 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.diagnose import engine, variance
+from softsense.diagnose import engine
 from softsense.diagnose.channel import WALK, Channel
-from softsense.diagnose.design import BLOCKS, Design, Term
+from softsense.diagnose.design import BLOCKS
 from softsense.diagnose.nominal import (
     Motion,
-    history_basis,
     history_groups,
     noise_rms,
     spline_basis,
 )
-from softsense.diagnose.search import Model, by_price, model, priced
+from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
-from softsense.diagnose.walk import innovations, without_slow
+from softsense.diagnose.vetting import REMAINING_ALONE, left_share, walks_of
+from softsense.diagnose.walk import without_slow
 from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
 
@@ -35,19 +35,12 @@ SIMILAR = 0.01
 # A gap of this many noise variances per sample of a channel, of which so much is left, is unknown.
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
-# Where an effect leaves so much of it, and where even two do, something is there besides, or in
-# their place.
-REMAINING_ALONE = 0.06
+# Where even two effects leave so much of it, something is there besides, or in their place.
 REMAINING_SHARE = 0.015
 # Above this share of one common walk, the walks of several channels have one cause. Independent
 # ones reach .93 of three channels, and .97 of two, once in a thousand.
 COMMON = {2: 0.985}
 COMMON_OF_MORE = 0.96
-# Independent walks' innovations of two channels have a larger chi-squared once in 120 cases.
-ALIKE = 7.0
-# Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
-DRIVEN = 0.5
-FAST = 100
 # Samples to either side over which a walk hardly moves.
 NEAR = 5
 # A simulator has a mechanism where it shows by this many times the noise; a gap is of its kind
@@ -87,35 +80,17 @@ def tell(
     smooth: Floats,
     channels: Sequence[Channel],
     models: Sequence[Model],
+    jerky: bool,
     found: Sequence[Finding],
     nameless: bool,
     seed: int,
 ) -> engine.Diagnosis:
     """Put the cheapest of ``models`` into words and numbers; the others are its rivals.
 
-    ``nameless``: something without a mean was found beside ``found``, which shall not be known.
+    ``jerky``: what it takes for a walk goes in jumps or bumps. ``nameless``: something without a
+    mean was found beside ``found``, which shall not be known.
     """
-    named = [made for made in models if WALK not in made.names]
-    if WALK in models[0].names and len(models[0].names) > 1:
-        models = by_price([_calm(channels, models[0]), *named])
-    jerky = _jerky(channels, models[0])
-    beside = len(models[0].names) > 1
-    if (
-        (beside and (jerky or _alike(channels, models[0])))
-        or _driven(channels, models[0], motion)
-        or (jerky and _left_share(channels, named[0]) < REMAINING_ALONE)
-    ):
-        # What another effect leaves over, its form being only nearly right, is no walk: it is alike
-        # on all its channels. Nor is one what goes in jumps that an effect can say.
-        models, jerky = named, False
     best = models[0]
-    models = [
-        made
-        for made in models
-        if made.names != {WALK}
-        or made is best
-        or not (_jerky(channels, made) or _driven(channels, made, motion))
-    ]
     rng = np.random.default_rng(seed)
     names = sim.sensors
     raw = real.codes.astype(np.float64) - sim.codes
@@ -148,7 +123,7 @@ def tell(
     several = len(best.names - {WALK}) > 1
     much = REMAINING_SHARE if several else REMAINING_ALONE
     # How loud an uneven noise is, and so what is left beyond it, is known only roughly.
-    remains = bool(best.names) and (several or not found) and _left_share(channels, best) > much
+    remains = bool(best.names) and (several or not found) and left_share(channels, best) > much
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
@@ -184,7 +159,7 @@ def tell(
         "where": _where(channels, names, motion, effects),
         "effects": effects,
         "unexplained": {
-            "share": (1.0 if not best.names else _left_share(channels, best)) if present else 0.0,
+            "share": (1.0 if not best.names else left_share(channels, best)) if present else 0.0,
             "unknown_effect": unknown or remains,
         },
         "confusable": [
@@ -218,16 +193,7 @@ def tell(
 def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
     raw = sum(c.excess - c.samples * (c.noise / c.sigma**2 - 1.0) for c in channels)
-    return raw > UNKNOWN_GAP * channels[0].samples and _left_share(channels, best) > UNKNOWN_SHARE
-
-
-def _walks(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Floats]]:
-    """Channels on which the model sees a walk, and (samples,) what wanders there."""
-    found = []
-    for number in best.channels_of(WALK):
-        channel = channels[number]
-        found.append((channel, channel.residual - channel.predicted(best.fits[number])))
-    return found
+    return raw > UNKNOWN_GAP * channels[0].samples and left_share(channels, best) > UNKNOWN_SHARE
 
 
 def _common(channels: Sequence[Channel], best: Model) -> bool:
@@ -235,61 +201,13 @@ def _common(channels: Sequence[Channel], best: Model) -> bool:
 
     So does a temperature that nobody logged; walks of the sensors' own are independent.
     """
-    walks = [walk for _, walk in _walks(channels, best)]
+    walks = [walk for _, walk in walks_of(channels, best)]
     if len(walks) < 2:
         return False
     slow = np.stack([w[: len(w) // 20 * 20].reshape(-1, 20).mean(axis=1) for w in walks], axis=1)
     slow -= slow.mean(axis=0)
     powers = np.linalg.svd(slow / slow.std(axis=0), compute_uv=False) ** 2
     return float(powers[0] / powers.sum()) > COMMON.get(len(walks), COMMON_OF_MORE)
-
-
-def _alike(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether what the walks' past does not foresee goes together on several channels.
-
-    Correlations of two series that are white and independent have the variance 1 / samples.
-    """
-    walks = _walks(channels, best)
-    if len(walks) < 2:
-        return False
-    news = [innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks]
-    together = np.asarray(np.corrcoef(news))[np.triu_indices(len(news), 1)]
-    return float(np.mean(together**2)) * len(news[0]) > ALIKE
-
-
-def _jerky(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
-    return any(variance.jerky(walk, channel.gain) for channel, walk in _walks(channels, best))
-
-
-def _calm(channels: Sequence[Channel], made: Model) -> Model:
-    """The same without a walk on those of several channels where it goes in jumps or bumps: there
-    it is what another effect leaves."""
-    fits = list(made.fits)
-    for number, (channel, walk) in zip(made.channels_of(WALK), _walks(channels, made), strict=True):
-        if variance.jerky(walk, channel.gain):
-            fits[number] = channel.within(made.names - {WALK})
-    calm = priced(channels, tuple(fits))
-    return calm if WALK in calm.names else made
-
-
-def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
-    """Whether the history of the motion tells what the model takes for a walk, on any channel.
-
-    The history is a black box (``history_basis``), asked on time that its fit has not seen.
-    """
-    for channel, walk in _walks(channels, best):
-        history = history_basis(motion.strain, motion.dt_s)
-        # What is slow, a walk and the history share by chance.
-        table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
-        columns = tuple(range(1, table.shape[1]))
-        term = Term("history", columns, stiff=channel.sigma**2)
-        errors, _ = Design([table[:, -1]], {"history": list(table[:, :-1].T)}).fit([term])
-        noise = len(walk) * channel.sigma**2
-        told = float((table[:, -1] ** 2).sum() - errors.sum())
-        if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:
-            return True
-    return False
 
 
 def _traces(channels: Sequence[Channel], best: Model) -> tuple[engine.Trace, ...]:
@@ -306,15 +224,6 @@ def _traces(channels: Sequence[Channel], best: Model) -> tuple[engine.Trace, ...
                 )
             )
     return tuple(traces)
-
-
-def _left_share(channels: Sequence[Channel], best: Model) -> float:
-    """Share of the gap beyond the noise that the model leaves on time that it has not seen."""
-    left = sum(
-        (float(fit.errors.sum()) - channel.samples * channel.noise) / channel.sigma**2
-        for channel, fit in zip(channels, best.fits, strict=True)
-    )
-    return float(np.clip(left / max(sum(c.excess for c in channels), 1.0), 0.0, 1.0))
 
 
 def _shrink(
@@ -356,7 +265,7 @@ def _effects(
     # An equation that closes the gap down to the noise is right, and what fits worse is not; one
     # that leaves something over is right only nearly, and so may be what leaves over twice as much.
     alike = motion.strokes_alike()
-    slack = SIMILAR * samples + _left_share(channels, best) * raw
+    slack = SIMILAR * samples + left_share(channels, best) * raw
     result = []
     for name in sorted(best.names):
         others = best.names - {name}

@@ -29,6 +29,8 @@ AGREED = 1.15
 SIMULATED = 2
 RIGHT = 1.1
 BESIDE_RIGHT = 1.4
+# The slowest of so many samples are still.
+STILL = 0.2
 # Samples of a spectrum in whose middle lines do not show.
 PIECE = 256
 LINE_RATIO = 18.0
@@ -182,6 +184,9 @@ def findings(
             _between_lines(rest) if c in lines else float(noise_rms(rest[:, None])[0])
         )
         along = covariates[1:] if c in bent else covariates
+        if said.any():
+            # What an equation leaves that is only nearly right comes with moves.
+            levels[c], along = min(level, _still(rest, motion)), along[:-1]
         uneven = _uneven(rest, along, unevenness) and not _uneven(own[:, c], along, unevenness)
         if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
             loud[c] = level
@@ -576,6 +581,14 @@ def _apart(more: Mapping[int, float]) -> set[int]:
         return others if all(more[c] > BESIDE_RIGHT for c in others) else set()
     apart = all(more[c] > LONE_FACTOR * most for c in others)
     return others if apart and len(usual) >= max(AGREEING, len(others) + 1) else set()
+
+
+def _still(left: Floats, motion: Motion) -> float:
+    """The noise while the strain hardly moves."""
+    third = np.diff(left, 3) / np.sqrt(20.0)
+    speed = np.abs(np.gradient(motion.strain))[1:-2]
+    level: float = np.sqrt(np.mean(third[speed <= np.quantile(speed, STILL)] ** 2))
+    return level
 
 
 def _between_lines(signal: Floats) -> float:

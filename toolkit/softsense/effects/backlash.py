@@ -12,6 +12,10 @@ from softsense.effects.operators import compiled, play, uneven_play
 
 # How many times as wide worn play is at its widest as at its least.
 WORN = (0.5, 0.7, 1.4, 2.0)
+# The same where it works most, around such a part of the range, and how far that reaches.
+CENTRES = (0.25, 0.5, 0.75)
+AROUND, MUCH_AROUND = 1.45, 1.85
+REACH = 0.25
 # What a spring beside the play passes on of every move.
 BESIDE = (0.1, 0.2, 0.3)
 # Slack at rest, in widths of the play behind it.
@@ -101,6 +105,17 @@ def _taut(nominal: Nominal, slack: float) -> Floats:
 def _worn_in_places(nominal: Nominal, width: float, worn: float) -> Floats:
     """Play that is so many times as wide at the largest strain as at none."""
     return _played(nominal, width, np.log(worn) * (np.clip(nominal.strain, 0.0, 1.0) - 0.5))
+
+
+def _worn_around(nominal: Nominal, width: float, centre: float, worn: float = AROUND) -> Floats:
+    """Play that is so many times as wide where the drive works most."""
+    there = np.exp(-(((nominal.strain - centre) / REACH) ** 2))
+    return _played(nominal, width, np.log1p((worn - 1.0) * there))
+
+
+def _worn_much_around(nominal: Nominal, width: float, centre: float) -> Floats:
+    """The same, worn more."""
+    return _worn_around(nominal, width, centre, MUCH_AROUND)
 
 
 def _worn_with_time(nominal: Nominal, width: float, worn: float) -> Floats:
@@ -243,6 +258,8 @@ _FORMS: dict[
 ] = {
     "worn_in_places": ("worn_in_places", _worn_in_places, WORN, np.geomspace(0.85, 1.18, 4)),
     "worn_with_time": ("worn_with_time", _worn_with_time, WORN, np.geomspace(0.85, 1.18, 4)),
+    "around": ("worn_around", _worn_around, CENTRES, np.geomspace(0.7, 0.95, 4)),
+    "much_around": ("worn_around", _worn_much_around, CENTRES, np.geomspace(0.6, 0.9, 4)),
     "beside": ("sprung", _beside_spring, BESIDE, np.geomspace(0.95, 1.4, 5)),
     "slack": ("slack", _behind_slack, SLACK, np.geomspace(0.85, 1.18, 3)),
     "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
