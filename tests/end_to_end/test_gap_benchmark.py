@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -37,7 +38,7 @@ def test_two_workers_say_what_one_says(
     from run import score
 
     monkeypatch.setattr(benchmark, "score", score)
-    work = [(("gain",), 1, "rich", False, ()), ((), 50_000, "typical", False, ())]
+    work = [(("gain",), 1, "rich", "train", ()), ((), 50_000, "typical", "train", ())]
     serial = benchmark.mapped(work, 1, None)
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
         spread = benchmark.mapped(work, 1, cluster.scheduler_address)
@@ -46,3 +47,19 @@ def test_two_workers_say_what_one_says(
     assert spread == serial
     assert serial[0]["said"] == ["gain"]
     assert serial[1]["said"] == []
+
+
+def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
+    """Every effect, each of its equations: what is hidden shows on its channels, and only there."""
+    elsewhere = sys.modules["elsewhere"]
+    for name in elsewhere.NAMES:
+        for family in range(elsewhere.FAMILIES):
+            case = elsewhere.make(3, (name,), "typical", family)
+            assert case.real.codes.shape == (benchmark.SAMPLES, len(case.floors))
+            changed = case.change.std(axis=0) > 0.0
+            assert tuple(np.flatnonzero(changed)) == case.truth[name]
+            assert np.abs(case.real.codes - case.sim.codes - case.change).max() < 7.0 * max(
+                case.floors
+            )
+    again = elsewhere.make(3, ("gain",), "typical")
+    assert np.array_equal(again.real.codes, elsewhere.make(3, ("gain",), "typical").real.codes)

@@ -56,7 +56,9 @@ def sensed(x: np.ndarray) -> np.ndarray:
     return np.stack(columns, axis=1)
 
 
-def recorded(x: np.ndarray, codes: np.ndarray, seed: int, noise: float = 1.3) -> Recording:
+def recorded(
+    x: np.ndarray, codes: np.ndarray, seed: int, noise: float | np.ndarray = 1.3
+) -> Recording:
     noisy = codes + np.random.default_rng(seed).normal(0.0, noise, codes.shape)
     names = tuple(f"s{i + 1}" for i in range(codes.shape[1]))
     return Recording(
@@ -366,6 +368,90 @@ def test_effects_of_other_equations_keep_their_names() -> None:
         ("crosstalk", kept),
     ):
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
+
+
+def test_laws_of_time_way_and_place_keep_their_names() -> None:
+    """A gain that goes over from one value to another, two drifts that settle, chains that break in
+    some cycles, a largest strain that is forgotten, a capacitor that the sensor itself or a line
+    charges, a rack that is worn where it works most, a converter of two stages, and leaping
+    relays."""
+    x, codes = clean(17)
+    t, index = np.arange(len(x)) / RATE_HZ, np.arange(len(x))
+    over = -np.expm1(-((t / 150.0) ** 1.3))[:, None]
+    two = 45.0 * -np.expm1(-t / 250.0) - 25.0 * -np.expm1(-t / 25.0)
+    forth, lost = np.maximum(np.diff(x, prepend=x[0]), 0.0), np.zeros(len(x))
+    for limit in np.linspace(0.2, 0.95, 9):
+        broken = -np.expm1(-np.cumsum(np.where(x > limit, forth, 0.0)) / 0.6)
+        lost += broken * np.maximum(1.0 - (x / limit) ** 2, 0.0) * x
+    largest, worn = np.full((2, len(x)), x[0])
+    own = codes.copy()
+    wide = 0.03 * (1.0 + 0.7 * np.exp(-(((x - 0.4) / 0.25) ** 2)))
+    for k in index[1:]:
+        largest[k] = max(x[k], x[k] + (largest[k - 1] - x[k]) * np.exp(-0.05 / 250.0))
+        worn[k] = min(max(worn[k - 1], x[k] - wide[k]), x[k] + wide[k])
+        own[k] += (own[k - 1] - codes[k]) * np.exp(-0.05 / (1.5e-4 * codes[k]))
+    root = np.sqrt(2j * np.pi * np.maximum(np.fft.rfftfreq(len(x), 0.05), 1e-9) * 0.5)[:, None]
+    line = np.fft.irfft(np.fft.rfft(codes, axis=0) * np.tanh(root) / root, len(x), axis=0)
+    line[[*range(60), *range(-60, 0)]] = codes[[*range(60), *range(-60, 0)]]
+    slopes = np.random.default_rng(3).uniform(-0.15, 0.15, 40)
+    stages = slopes[codes.astype(int) // 100] * (codes % 100.0 - 50.0)
+    stages_128 = slopes[codes.astype(int) // 128] * (codes % 128.0 - 64.0)
+    relays = np.zeros(len(x))
+    for middle in np.linspace(0.1, 0.9, 9):
+        for half in (0.03, 0.08, 0.15):
+            up, on = np.where(x > middle + half, 1.0, np.where(x < middle - half, -1.0, 0.0)), -1.0
+            for k in index:
+                on = up[k] or on
+                relays[k] += on
+    for name, made in (
+        ("gain", codes + 0.08 * over * (codes - codes[0])),
+        ("drift", codes + two[:, None]),
+        ("softening", codes - 60.0 * lost[:, None]),
+        ("softening", codes + 25.0 * (np.expm1((x - largest) / 0.3) * x)[:, None]),
+        ("lag", own),
+        ("lag", line),
+        ("backlash", sensed(worn)),
+        ("adc_nonlinearity", codes + stages_128),
+        ("hysteresis", codes + 1.5 * relays[:, None]),
+    ):
+        assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,), name
+    # Coarse steps that no converter of two stages has are none of its.
+    assert diagnose(recorded(x, codes, 1), recorded(x, codes + stages, 2)).effects != ("gain",)
+
+
+def test_a_simulator_that_was_calibrated_hides_the_curve_of_what_it_lacks() -> None:
+    """What relaxes has no mean curve over strain then; on another motion the curve is the same."""
+    x, codes = clean(18, SAMPLES + 2000)
+    now, then = slice(0, SAMPLES), slice(SAMPLES, None)
+    relaxed = 0.2 * (filtered(codes, 9.0) - codes)
+    powers = np.vander(x, 4)
+    made = codes + relaxed - powers @ np.linalg.lstsq(powers[now], relaxed[now])[0]
+    result = diagnose(recorded(x[now], codes[now], 1), recorded(x[now], made[now], 2))
+    assert result.effects == ("relaxation",)
+    again = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
+    # Once what happened between the recordings, which nobody knows, has relaxed.
+    late = slice(1200, None)
+    gap = (made[then] - codes[then])[late]
+    assert np.std((again - made[then])[late]) < 0.1 * np.std(gap)
+
+
+def test_a_gain_of_what_the_strain_alone_says_is_a_gain() -> None:
+    """A good part of these sensors lags behind, and is as large as before."""
+    x, _ = clean(19)
+    elastic = 1500.0 + 700.0 * (x[:, None] + np.array([0.2, -0.2, 0.1, 0.3]) * x[:, None] ** 2)
+    codes = elastic + 0.4 * (elastic - filtered(elastic, 1.5))
+    made = codes + 0.08 * (elastic - elastic[0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("gain",)
+    assert np.std(change_of(result, 12) - (made - codes)) < 1.0
+
+
+def test_a_little_more_noise_shows_beside_channels_that_are_simulated_right() -> None:
+    x, codes = clean(20)
+    louder = np.array([1.3, 2.1, 1.3, 2.1])
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes, 2, louder))
+    assert result.effects == ("noise",)
+    assert result.data["effects"][0]["channels"] == ["s2", "s4"]
 
 
 def test_what_is_elastic_leaks_or_gives_way_keeps_its_name() -> None:

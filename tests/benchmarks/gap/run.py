@@ -1,9 +1,10 @@
 """How well the diagnosis does on made cases.
 
-  python tests/benchmarks/gap/run.py [--half train|held-out] [--cases N] [--jobs N]
+  python tests/benchmarks/gap/run.py [--half train|held-out|elsewhere] [--cases N] [--jobs N]
                                      [--dask ADDRESS] [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
+``elsewhere`` has sensors, motions and equations of another origin altogether.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -15,6 +16,7 @@ import json
 import os
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +26,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from cases import FOREIGN, LAST, NAMES, RETUNED, SAMPLES, make
+import cases
+import elsewhere
+from cases import LAST, NAMES, SAMPLES
 
 from softsense.diagnose import augment, diagnose
 
@@ -51,14 +55,21 @@ ALIASES = {
 }
 RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
+HALVES = ("train", "held-out", "elsewhere")
 
-Job = tuple[tuple[str, ...], int, str, bool, tuple[str, ...]]
+# What is hidden, seed, excitation, half, and what shall not be known.
+Job = tuple[tuple[str, ...], int, str, str, tuple[str, ...]]
 
 
 def score(job: Job) -> dict[str, Any]:
     """One case: what was hidden, what was said, and what it closes."""
-    names, seed, excitation, held_out, without = job
-    case = make(seed, names, excitation, held_out)
+    names, seed, excitation, half, without = job
+    other = half == "elsewhere"
+    case: Any = (
+        elsewhere.make(seed, names, excitation)
+        if other
+        else cases.make(seed, names, excitation, half == "held-out")
+    )
     start = time.process_time()
     diagnosis = diagnose(case.sim, case.real, without=without)
     seconds = time.process_time() - start
@@ -74,7 +85,7 @@ def score(job: Job) -> dict[str, Any]:
     result = {
         "hidden": list(names),
         "excitation": excitation,
-        "unseen": case.unseen,
+        "unseen": other or case.unseen,
         "said": list(said),
         "kinds": [effect["kind"] for effect in data["effects"]],
         "unknown": data["unexplained"]["unknown_effect"],
@@ -108,29 +119,32 @@ def _closure(case: Any, diagnosis: Any) -> dict[str, Any]:
     }
 
 
-def jobs(held_out: bool, cases: int) -> dict[str, list[Job]]:
-    """All cases by what they are to show."""
-    rng = np.random.default_rng(LAST * int(held_out))
-    two = [tuple(str(n) for n in rng.choice(NAMES, 2, replace=False)) for _ in range(10 * cases)]
+def jobs(half: str, count: int) -> dict[str, list[Job]]:
+    """All cases by what they are to show, ``count`` of each effect."""
+    rng = np.random.default_rng(LAST * HALVES.index(half))
+    two = [tuple(str(n) for n in rng.choice(NAMES, 2, replace=False)) for _ in range(10 * count)]
+    # The training half does without the last of those that are foreign or retuned.
+    some = slice(None, -1 if half == "train" else None)
+    source = elsewhere if half == "elsewhere" else cases
+    foreign, retuned = source.FOREIGN[some], source.RETUNED[some]
 
-    def each(base: int, names: tuple[str, ...] | list[str], some: int) -> list[Job]:
+    def each(base: int, names: Sequence[str], some: int) -> list[Job]:
         return [
-            ((name,), base + 1000 * i + k, EXCITATIONS[k % 2], held_out, ())
+            ((name,), base + 1000 * i + k, EXCITATIONS[k % 2], half, ())
             for i, name in enumerate(names)
             for k in range(some)
         ]
 
-    retuned = RETUNED if held_out else RETUNED[:-1]
-    null = [((), 50_000 + k, EXCITATIONS[k % 2], held_out, ()) for k in range(6 * cases)]
+    null = [((), 50_000 + k, EXCITATIONS[k % 2], half, ()) for k in range(6 * count)]
     return {
-        "one": each(0, NAMES, cases),
-        "poor": [((n,), 80_000 + i, "poor", held_out, ()) for i, n in enumerate(NAMES)],
+        "one": each(0, NAMES, count),
+        "poor": [((n,), 80_000 + i, "poor", half, ()) for i, n in enumerate(NAMES)],
         "none": null,
-        "two": [(n, 60_000 + k, EXCITATIONS[k % 2], held_out, ()) for k, n in enumerate(two)],
-        "foreign": each(90_000, FOREIGN if held_out else FOREIGN[:-1], 3 * cases),
-        "retune": each(100_000, [f"retune:{n}" for n in retuned], 2 * cases),
+        "two": [(n, 60_000 + k, EXCITATIONS[k % 2], half, ()) for k, n in enumerate(two)],
+        "foreign": each(90_000, foreign, 3 * count),
+        "retune": each(100_000, [f"retune:{n}" for n in retuned], 2 * count),
         "withheld": [
-            ((n,), 110_000 + i, EXCITATIONS[i % 2], held_out, (n,)) for i, n in enumerate(NAMES)
+            ((n,), 110_000 + i, EXCITATIONS[i % 2], half, (n,)) for i, n in enumerate(NAMES)
         ],
     }
 
@@ -217,14 +231,14 @@ def mapped(work: list[Job], count: int, address: str | None) -> list[dict[str, A
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--half", choices=("train", "held-out"), default="train")
+    parser.add_argument("--half", choices=HALVES, default="train")
     parser.add_argument("--cases", type=int, default=3, help="per effect (default 3)")
     parser.add_argument("--only", help="one kind of cases, e.g. two: prints each of them")
     parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
     parser.add_argument("--dask", metavar="ADDRESS", help="of a Dask scheduler")
     parser.add_argument("--json", type=Path)
     args = parser.parse_args()
-    groups = jobs(args.half == "held-out", args.cases)
+    groups = jobs(args.half, args.cases)
     if args.only:
         groups = {args.only: groups[args.only]}
     flat = [job for group in groups.values() for job in group]
@@ -242,7 +256,7 @@ def main() -> int:
         note = f"also said: {', '.join(wrong)}" if wrong else ""
         print(f"  {effect:18} {len(rows) - len(wrong)} of {len(rows)}  {note}")
     measures = table(results)
-    print(f"{args.half} half, {SAMPLES} samples a case")
+    print(f"{args.half}, {SAMPLES} samples a case")
     for name, value in measures.items():
         print(f"  {name:40} {value}")
     if args.json:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
@@ -162,7 +162,10 @@ def curve_of(u: Floats, strain: Floats) -> Curve:
 
 def history_weights(codes: Floats, motion: Motion) -> Floats:
     """(columns, channels) of ``history_basis`` that say the simulated ``codes``."""
-    basis = history_basis(motion.strain, motion.dt_s)
+    return _saying(history_basis(motion.strain, motion.dt_s), codes)
+
+
+def _saying(basis: Floats, codes: Floats) -> Floats:
     scale = np.sqrt((basis**2).mean(axis=0)) + 1e-12
     scaled = basis / scale
     gram = scaled.T @ scaled
@@ -173,8 +176,30 @@ def history_weights(codes: Floats, motion: Motion) -> Floats:
 
 def told(codes: Floats, motion: Motion) -> Floats:
     """(samples, channels) what the history of the motion tells of ``codes``."""
-    result: Floats = history_basis(motion.strain, motion.dt_s) @ history_weights(codes, motion)
+    basis = history_basis(motion.strain, motion.dt_s)
+    result: Floats = basis @ _saying(basis, codes)
     return result
+
+
+def elastic_of(codes: Floats, motion: Motion) -> tuple[Curve, ...]:
+    """Of each channel, what its ``codes`` (samples, channels) would be over the strain if that had
+    always been there."""
+    weights = history_weights(codes, motion)
+    strain = np.linspace(0.0, 1.0, CURVE_POINTS)
+    relaxing = len(RELAXING_S)
+    straight, bent = np.repeat(strain[:, None], relaxing, axis=1), strain[:, None] ** 2
+    loops = np.repeat(strain[:, None], len(WIDTHS), axis=1)
+    always = np.concatenate(
+        [
+            spline_basis(strain),
+            straight,
+            np.repeat(bent, relaxing, axis=1),
+            loops,
+            np.zeros((CURVE_POINTS, len(BROKEN_S) + 1)),
+        ],
+        axis=1,
+    )
+    return tuple(Curve(curve) for curve in (always @ weights).T)
 
 
 def denoise(codes: Floats, motion: Motion) -> Floats:
@@ -196,7 +221,8 @@ def reference_of(codes: Floats, motion: Motion, lost: Floats) -> Reference:
     low, span = codes.min(axis=0), np.ptp(codes, axis=0)
     strain = motion.strain[: len(codes)]
     curves = tuple(curve_of(u, strain) for u in codes.T)
-    return Reference(codes[0].copy(), low, span, motion.start_s, duration_s, lost, curves)
+    elastic = elastic_of(codes, replace(motion, strain=strain))
+    return Reference(codes[0].copy(), low, span, motion.start_s, duration_s, lost, curves, elastic)
 
 
 def lost_codes(real: Recording, sim: Recording) -> Floats:

@@ -104,7 +104,7 @@ class Context:
 @dataclass(frozen=True)
 class Curve:
     """The static curve of a channel: ``codes`` at evenly spaced shares of the strain range, from 0
-    to 1, all rising or all falling."""
+    to 1; all rising or all falling, where the strain is asked of them."""
 
     codes: Floats
 
@@ -142,7 +142,7 @@ class Reference:
     ``rest``, ``low``, ``span``: (channels,) codes at its beginning, the lowest, and how many from
     there to the highest. ``start_s``, ``duration_s``: when it was. ``lost`` (stretches, 3): where
     codes never occurred in truth, the channel and the codes below and above them that did.
-    ``curves``: of each channel, codes over strain where nothing lags behind.
+    ``curves``: of each channel, codes over strain; ``elastic``: the same where nothing lags behind.
     """
 
     rest: Floats
@@ -152,6 +152,7 @@ class Reference:
     duration_s: float
     lost: Floats
     curves: tuple[Curve, ...]
+    elastic: tuple[Curve, ...]
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class Nominal:
     @property
     def places(self) -> tuple[str, ...]:
         """Where else a material's effect may act, where that is not the same."""
-        lag = self.u - self.curve.at(self.strain)
+        lag = self.u - self.reference.elastic[self.channel].at(self.strain)
         stressed = float(lag.std()) > STRESSED * self.span
         return (BEFORE_CURVE,) * self.curve.bent + (ELASTIC,) * stressed
 
@@ -213,8 +214,10 @@ class Nominal:
         reference = self.reference
         rest = np.array([self.rest, self.low, self.low + self.span])
         if place == ELASTIC:
-            felt = self.curve.at(self.strain)
-            ends = self.curve.at(np.array([0.0, 0.0, 1.0]))
+            elastic = reference.elastic[self.channel]
+            felt = elastic.at(self.strain)
+            # It begins at its rest, and its lowest and highest codes are the ends.
+            ends = np.array([felt[0], elastic.codes.min(), elastic.codes.max()])
             slope = np.ones(len(felt))
         else:
             strain = self.curve.strain(self.u)

@@ -17,8 +17,9 @@ BITS = range(4, 12)
 MARGIN = 0.05
 LARGEST = 0.15
 # What is read where a code is lost, and the noise before the converter, in codes.
-# Codes of the coarse steps of a converter of two stages.
-COARSE = (64.0, 128.0, 256.0, 512.0)
+# Codes of the coarse steps of a converter of two stages, and how many of their edges must be met.
+COARSE = (64.0, 128.0, 256.0)
+STEPPED = 3
 READ = ("below", "nearest", "above")
 NOISES = (0.5, 1.0, 2.0, 4.0, 8.0)
 # Beyond so many times the noise there is none.
@@ -54,7 +55,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         ),
         Candidate(_ladder(nominal, TEETH), {}, "table", curved=True, pliable=True, largest=LARGEST),
         Candidate(_bits(nominal), {}, "bits", largest=LARGEST),
-        *(Candidate(_coarse(nominal, step), {"step": step}, "subranging") for step in COARSE),
+        *_subranging(nominal),
         *_lost(nominal),
     ]
 
@@ -102,15 +103,19 @@ def _bits(nominal: Nominal) -> Floats:
     return np.asarray(set_ * moved * nominal.span)
 
 
-def _coarse(nominal: Nominal, step: float) -> Floats:
-    """(samples, steps + 2) of a converter that finds a coarse code and then what is left of it,
-    which is amplified wrongly: a slope in each coarse ``step`` that the reference moves in, and the
-    straight line that is no non-linearity."""
-    first, last = int(nominal.low // step), int((nominal.low + nominal.span) // step)
-    coarse = np.floor(nominal.u / step)
-    rest = (nominal.u / step - coarse - 0.5) * step
-    slopes = np.where(coarse[:, None] == np.arange(first, last + 1), rest[:, None], 0.0)
-    return np.column_stack([slopes, nominal.u - nominal.low, np.full(len(coarse), nominal.span)])
+def _subranging(nominal: Nominal) -> list[Candidate]:
+    """Of a converter that finds a coarse code and then what is left of it, which is amplified
+    wrongly: a slope in each coarse step that the reference moves in, where that is some."""
+    result = []
+    for step in COARSE:
+        first, last = int(nominal.low // step), int((nominal.low + nominal.span) // step)
+        if last - first < STEPPED:
+            continue
+        coarse = np.floor(nominal.u / step)
+        rest = nominal.u - (coarse + 0.5) * step
+        slopes = np.where(coarse[:, None] == np.arange(first, last + 1), rest[:, None], 0.0)
+        result.append(Candidate(slopes, {"step": step}, "subranging", pliable=True))
+    return result
 
 
 def _ladder(nominal: Nominal, rungs: int) -> Floats:
