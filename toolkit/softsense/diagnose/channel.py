@@ -90,6 +90,10 @@ ELECTRICAL = "electrical"
 SERIAL = frozenset({MOTION, ELECTRICAL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
+# So many times longer ones are looked at less closely: at the full rate each filter takes its time.
+LONG = 10
+# What an effect says of the gap alone, to be looked at more closely for itself.
+SAYS = 0.03
 
 
 class Channel:
@@ -120,6 +124,7 @@ class Channel:
         # motion nobody could tell is not.
         self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2) + missed
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
+        self.long = self._thin.step > LONG
         self._together = slow_over(nominal.strain[self._thin])
         found: dict[str, list[Entry]] = {name: [] for name in known}
         # Channels begin with different effects, so that what one has asked the nominal response is
@@ -231,9 +236,10 @@ class Channel:
         self._by_fewer: dict[int, bool] = {}
         self._within: dict[frozenset[str], Fit] = {}
 
-    def zoom(self, chosen: Iterable[Pick]) -> None:
+    def zoom(self, chosen: Iterable[Pick], beside: Container[str]) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else; where no effect can pay,
-        not at all."""
+        not at all, and where it takes long, only at effects that say something alone, or are
+        promising ``beside`` others."""
         if self.excess < self.effect_price:
             return
         chosen = set(chosen)
@@ -247,10 +253,12 @@ class Channel:
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
             kept = [entries[number] for number in sorted(numbers)]
             found[name] = [*kept] if effect.zoom else [*entries]
-            if self.left(self.best(frozenset({name}))) < WORTH * self.excess:
+            alone = self.left(self.best(frozenset({name})))
+            if alone < WORTH * self.excess:
                 narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
                 found[name] += self._elsewhere(self.nominal, name, entries if narrow else kept)
-            if effect.zoom:
+            says = name in beside or alone < (1.0 - SAYS) * self.excess
+            if effect.zoom and (says or not self.long):
                 for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
                     found[name] += self._offered(self.nominal, name, dict(near))
         self.gain = self._better_gain()

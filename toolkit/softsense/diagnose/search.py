@@ -28,9 +28,11 @@ COMPOSED = 8
 COMPOSED_WALKS = 3
 # Single effects that are looked at once more, as those of pairs are.
 REFINED = 4
-# So many of each at first, and the rest where these then leave less than so much of what they did.
+# So many of each at first, and the rest where these then leave less than so much of what they did,
+# or what is left would still pay for so many effects on every channel.
 AT_FIRST = 2
 TOLD_MORE = 0.9
+UNTOLD = 4.0
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
@@ -133,8 +135,9 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     if not coarse[0].names:
         return coarse
     near = [made for made in coarse if len(made.names) == 1]
-    for some in (2, 3):
-        near += [made for made in coarse if len(made.names) == some][:ZOOMED]
+    several = [m for some in (2, 3) for m in [m for m in coarse if len(m.names) == some][:ZOOMED]]
+    beside = {name for made in several for name in made.names}
+    near += several
 
     # What does not pay on the coarse grid may pay on the fine one.
     chosen = [
@@ -146,7 +149,7 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     common = {pick for pick, count in votes.most_common(1)}
 
     def zoom(number: int) -> None:
-        channels[number].zoom(chosen[number] | common)
+        channels[number].zoom(chosen[number] | common, beside)
 
     all_at_once(zoom, range(len(channels)))
     fine = _models(channels, known)
@@ -160,8 +163,12 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     if fine[0].names & moving and moving not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
         several.append(replace(model(channels, moving), names=moving))
+    if channels[0].long:
+        several, later = [made for made in fine[:1] if len(made.names) > 1], []
     done = _composed(channels, several, fine[0].price)
-    if any(_left(channels, after) < TOLD_MORE * _left(channels, before) for before, after in done):
+    told = any(_left(channels, b) < TOLD_MORE * _left(channels, a) for a, b in done)
+    best = by_price([fine[0], *(after for _, after in done)])[0]
+    if told or _left(channels, best) > UNTOLD * sum(channel.effect_price for channel in channels):
         done += _composed(channels, later, fine[0].price)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     return _walk_last(channels, by_price([*untouched, *(after for _, after in done)]))

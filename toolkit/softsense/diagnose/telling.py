@@ -311,20 +311,22 @@ def _kind(
     channels: Sequence[Channel], best: Model, name: str, active: Sequence[int], motion: Motion
 ) -> str:
     """ "retune" where the simulator has the mechanism already, and the gap is of its kind."""
-    groups = history_groups(motion.strain, motion.dt_s)
+    # A few columns need no more rows.
+    step = max(1, len(motion.strain) // ESTIMATED)
+    groups = {k: g[::step] for k, g in history_groups(motion.strain, motion.dt_s).items()}
     if name not in groups or not active:
         return "add"
-    curve = spline_basis(motion.strain)
+    curve = spline_basis(motion.strain[::step])
     others = np.concatenate([curve, *(part for key, part in groups.items() if key != name)], axis=1)
     alone = _beyond(curve, groups[name])
     beside = _beyond(others, groups[name])
     votes = []
     for number in active:
         channel, fit = channels[number], best.fits[number]
-        history = _beyond(others, channel.nominal.u)
+        history = _beyond(others, channel.nominal.u[::step])
         shown = history - _beyond(beside, history)
         pick, weights = next(w for w in channel.weighted(fit) if w[0][0] == name)
-        gap = _beyond(curve, channel.columns(pick) @ weights)
+        gap = _beyond(curve, (channel.columns(pick) @ weights)[::step])
         alike = 1.0 - float((_beyond(alone, gap) ** 2).sum() / (gap**2).sum())
         votes.append(shown.std() > RETUNE_SHOWN * channel.sigma and alike > RETUNE_ALIKE)
     return "retune" if np.mean(votes) > 0.5 else "add"

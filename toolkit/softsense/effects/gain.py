@@ -46,9 +46,7 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the way gone; or to the
     resistance, whose voltage is read behind a divider."""
-    t = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
-    way = _way(nominal)
-    moved = nominal.u - nominal.rest
+    t, moved, way = _time(nominal), _moved(nominal), _way(nominal)
     return [
         Candidate(moved[:, None], {}, "constant"),
         *_divided(nominal),
@@ -71,15 +69,27 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     return explain(nominal)
 
 
+def _time(nominal: Nominal) -> Floats:
+    """(kept samples,) since the experiment began, in 400 s."""
+    t: Floats = np.maximum(nominal.time_s[nominal.keep], 0.0) / REFERENCE_S
+    return t
+
+
+def _moved(nominal: Nominal) -> Floats:
+    """(kept samples,) codes from rest."""
+    moved: Floats = nominal.u[nominal.keep] - nominal.rest
+    return moved
+
+
 def _way(nominal: Nominal) -> Floats:
-    """(samples,) strain ranges gone so far."""
+    """(kept samples,) strain ranges gone so far."""
     way: Floats = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
-    return way
+    return way[nominal.keep]
 
 
 def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
     """With the logarithm of the way gone."""
-    moved, way = nominal.u - nominal.rest, _way(nominal)
+    moved, way = _moved(nominal), _way(nominal)
     return [
         Candidate((moved * np.log1p(way / one))[:, None], {"ways": one}, "logarithmic")
         for one in ways
@@ -88,8 +98,7 @@ def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
 
 def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float]) -> list[Candidate]:
     """From one gain to another in such a part of 400 s (Weibull; Avrami where it begins slowly)."""
-    t = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
-    moved = nominal.u - nominal.rest
+    t, moved = _time(nominal), _moved(nominal)
     return [
         Candidate(
             (moved * -np.expm1(-((t / part) ** order)))[:, None],
@@ -104,7 +113,7 @@ def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float])
 def _divided(nominal: Nominal) -> list[Candidate]:
     """What a little more of a resistance's change makes where it is the lower or the upper one."""
     ends = EDGE, 1.0 - EDGE
-    low = np.clip(nominal.u / nominal.full_scale, *ends)
+    low = np.clip(nominal.u[nominal.keep] / nominal.full_scale, *ends)
     rest = np.clip(nominal.rest / nominal.full_scale, *ends)
     result = []
     for share, at_rest in ((low, rest), (1.0 - low, 1.0 - rest)):

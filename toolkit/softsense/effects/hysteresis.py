@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache, partial
 from math import exp
 
 import numpy as np
@@ -92,6 +94,17 @@ def simulate(
     return u + values["amplitude"] * z, {"last": last, "memory": memory}
 
 
+# Widths of plays and ways of Dahl's states, of the range, and how soon branches meet their curve.
+LADDERS = {
+    "prandtl-ishlinskii": (0.03, 0.08, 0.18, 0.35, 0.6, 0.95),
+    "short": (0.1, 0.25, 0.6),
+}
+WAYS = np.array([0.03, 0.07, 0.15, 0.3, 0.6])
+PULLS = (2.5, 5.0, 10.0, 20.0)
+# Columns of ``_duhem`` before its curve, and of the curve of ``_preisach``.
+_BRANCHES, _CURVE = 4, 3
+
+
 def _preisach(base: Floats, keep: slice) -> Floats:
     """(kept samples, columns) that a plane of relays can make of ``base`` (samples,).
 
@@ -141,40 +154,59 @@ def _duhem(base: Floats, pull: float) -> Floats:
 def explain(nominal: Nominal) -> list[Candidate]:
     """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays;
     branches that are drawn to a curve."""
-    sharp: dict[str, list[Floats]] = {"prandtl-ishlinskii": [], "short": [], "dahl": []}
-    for base in (nominal.share, nominal.strain):
-        for form, widths in (
-            ("prandtl-ishlinskii", (0.03, 0.08, 0.18, 0.35, 0.6, 0.95)),
-            ("short", (0.1, 0.25, 0.6)),
-        ):
-            signal = np.repeat(base[:, None], len(widths), axis=1)
-            played = play(signal, np.array(widths), signal[0].copy())
-            sharp[form].append((played - signal)[nominal.keep] * nominal.span)
-        ways = np.array([0.03, 0.07, 0.15, 0.3, 0.6])
-        signal = np.repeat(base[:, None], len(ways), axis=1)
-        memory = np.zeros((len(ways), 1))
-        slipped = _bouc_wen(signal, ways, 1.0, signal[0].copy(), memory)
-        sharp["dahl"].append(slipped[nominal.keep] * nominal.span)
+    bases = (nominal.share, nominal.strain)
+
+    # One candidate may be asked for alone, and several share these.
+    @cache
+    def sharp(form: str, base: int) -> Floats:
+        if form in LADDERS:
+            signal = np.repeat(bases[base][:, None], len(LADDERS[form]), axis=1)
+            made = play(signal, np.array(LADDERS[form]), signal[0].copy()) - signal
+        else:
+            signal = np.repeat(bases[base][:, None], len(WAYS), axis=1)
+            made = _bouc_wen(signal, WAYS, 1.0, signal[0].copy(), np.zeros((len(WAYS), 1)))
+        kept: Floats = made[nominal.keep] * nominal.span
+        return kept
+
+    @cache
+    def relays(base: int) -> Floats:
+        return _preisach(bases[base], nominal.keep) * nominal.span
+
+    @cache
+    def drawn(base: int, pull: float) -> Floats:
+        return _duhem(bases[base], pull)[nominal.keep] * nominal.span
+
+    def beside(*parts: Callable[[], Floats]) -> Callable[[], Floats]:
+        return lambda: np.concatenate([part() for part in parts], axis=1)
+
     result = []
-    for form, made in sharp.items():
+    for form in (*LADDERS, "dahl"):
         name = "prandtl-ishlinskii" if form == "short" else form
-        result += [Candidate(columns, {}, name) for columns in (*made, np.concatenate(made, 1))]
-    for base, played, slipped in zip(
-        (nominal.share, nominal.strain), sharp["prandtl-ishlinskii"], sharp["dahl"], strict=True
-    ):
-        relays = _preisach(base, nominal.keep) * nominal.span
-        result.append(Candidate(relays, {}, "preisach", curved=True))
-        for pull in (2.5, 5.0, 10.0, 20.0):
-            columns = _duhem(base, pull)[nominal.keep] * nominal.span
-            result.append(Candidate(columns[:, :4], {"pull": pull}, "duhem"))
-            result.append(Candidate(columns, {"pull": pull}, "duhem", curved=True))
-        mixed = np.concatenate([played, slipped], axis=1)
+        two: list[Callable[[], Floats]] = [partial(sharp, form, base) for base in (0, 1)]
+        result += [Candidate(made, {}, name) for made in [*two, beside(*two)]]
+    for base in (0, 1):
+        result.append(Candidate(partial(relays, base), {}, "preisach", curved=True))
+        for pull in PULLS:
+            branches = partial(drawn, base, pull)
+            fewer = partial(_first, branches, _BRANCHES)
+            result.append(Candidate(fewer, {"pull": pull}, "duhem"))
+            result.append(Candidate(branches, {"pull": pull}, "duhem", curved=True))
+        slipped = partial(sharp, "dahl", base)
+        mixed = beside(partial(sharp, "prandtl-ishlinskii", base), slipped)
         result.append(Candidate(mixed, {}, "prandtl-ishlinskii and dahl"))
         # What is the same up and down a simulator may have been calibrated on.
-        curve = relays[:, -3:]
+        curve = partial(_last, partial(relays, base), _CURVE)
         for form, part in (("dahl", slipped), ("prandtl-ishlinskii and dahl", mixed)):
-            result.append(Candidate(np.concatenate([part, curve], 1), {}, form, curved=True))
+            result.append(Candidate(beside(part, curve), {}, form, curved=True))
     return result
+
+
+def _first(made: Callable[[], Floats], count: int) -> Floats:
+    return made()[:, :count]
+
+
+def _last(made: Callable[[], Floats], count: int) -> Floats:
+    return made()[:, -count:]
 
 
 EFFECT = Effect(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 
 import numpy as np
 
@@ -67,7 +68,8 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
     singles = _singles(nominal, np.geomspace(0.6, 150.0, 16))
-    return singles + [_prony(_relaxed(nominal, nominal.u, taus), "prony") for taus in LADDERS]
+    ladders = [partial(_relaxed, nominal, nominal.u, taus) for taus in LADDERS]
+    return singles + [_prony(relaxed, "prony") for relaxed in ladders]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -75,24 +77,37 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     stretched further relaxes more than in proportion), and where the signal is right at once; and a
     part that relaxes at another pace than it recovers."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
-    share = nominal.share
-    plain = [_relaxed(nominal, nominal.u, taus) for taus in LADDERS]
+
+    # One candidate may be asked for alone, and two share what is relaxed.
+    @cache
+    def curved(bend: float) -> Floats:
+        share = np.expm1(bend * nominal.share) / np.expm1(bend) if bend else nominal.share
+        return share * nominal.span
+
+    @cache
+    def relaxed(bend: float, taus: tuple[float, ...]) -> Floats:
+        return _relaxed(nominal, curved(bend), taus)
+
+    def at_once(bend: float, taus: tuple[float, ...]) -> Floats:
+        signal = curved(bend)
+        whole: Floats = relaxed(bend, taus) + (signal - signal[0])[nominal.keep, None]
+        return whole
+
     result = _singles(nominal, near) + _uneven(nominal)
-    result += [_prony(relaxed, "prony") for relaxed in plain]
-    result += [_instant(nominal, nominal.u, relaxed) for relaxed in plain[1:3]]
-    for bend in BENDS:
-        bent = np.expm1(bend * share) / np.expm1(bend) * nominal.span
+    result += [_prony(partial(relaxed, 0.0, taus), "prony") for taus in LADDERS]
+    for bend in (0.0, *BENDS):
         for taus in LADDERS[1:3]:
-            relaxed = _relaxed(nominal, bent, taus)
-            result += [_prony(relaxed, "curved"), _instant(nominal, bent, relaxed)]
-    for tau in SLOW_S:
-        result.append(_instant(nominal, nominal.u, _relaxed(nominal, nominal.u, (tau,))))
-    return result
+            if bend:
+                result.append(_prony(partial(relaxed, bend, taus), "curved"))
+            result.append(_prony(partial(at_once, bend, taus), "instant"))
+    return result + [_prony(partial(at_once, 0.0, (tau,)), "instant") for tau in SLOW_S]
 
 
 def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
     return [
-        Candidate(_relaxed(nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST)
+        Candidate(
+            partial(_relaxed, nominal, nominal.u, (tau,)), {"tau_s": tau}, "prony", largest=MOST
+        )
         for tau in taus.tolist()
     ]
 
@@ -101,22 +116,20 @@ def _uneven(nominal: Nominal) -> list[Candidate]:
     result = []
     for rising_s in PACES_S:
         for recovers in RECOVERIES:
-            rising, falling = nominal.dt_s / rising_s, nominal.dt_s / (rising_s * recovers)
-            slow = followed(nominal.u, rising, falling, nominal.u[0])
-            column = (slow - nominal.u)[nominal.keep, None].copy()
             values = {"rising_s": rising_s, "recovers": recovers}
-            result.append(Candidate(column, values, "uneven", largest=MOST))
+            made = partial(_at_two_paces, nominal, rising_s, rising_s * recovers)
+            result.append(Candidate(made, values, "uneven", largest=MOST))
     return result
 
 
-def _prony(relaxed: Floats, form: str) -> Candidate:
-    return Candidate(relaxed, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
+def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats:
+    slow = followed(nominal.u, nominal.dt_s / rising_s, nominal.dt_s / falling_s, nominal.u[0])
+    column: Floats = (slow - nominal.u)[nominal.keep, None].copy()
+    return column
 
 
-def _instant(nominal: Nominal, signal: Floats, relaxed: Floats) -> Candidate:
-    """The same where the signal is known at once, and what it relaxes to is not."""
-    columns = relaxed + (signal - signal[0])[nominal.keep, None]
-    return Candidate(columns, {}, "instant", parallel=True, largest=MOST_OF_SEVERAL)
+def _prony(made: Callable[[], Floats], form: str) -> Candidate:
+    return Candidate(made, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
