@@ -134,10 +134,10 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     coarse = _models(channels, known)
     if not coarse[0].names:
         return coarse
-    near = [made for made in coarse if len(made.names) == 1]
-    several = [m for some in (2, 3) for m in [m for m in coarse if len(m.names) == some][:ZOOMED]]
-    beside = {name for made in several for name in made.names}
-    near += several
+    together = [made for made in coarse if len(made.names) == 2][:ZOOMED]
+    together += [made for made in coarse if len(made.names) == 3][:ZOOMED]
+    beside = {name for made in together for name in made.names}
+    near = [made for made in coarse if len(made.names) == 1] + together
 
     # What does not pay on the coarse grid may pay on the fine one.
     chosen = [

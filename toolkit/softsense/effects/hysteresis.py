@@ -101,6 +101,8 @@ LADDERS = {
 }
 WAYS = np.array([0.03, 0.07, 0.15, 0.3, 0.6])
 PULLS = (2.5, 5.0, 10.0, 20.0)
+# Of the range, around which curves are powers.
+MIDDLE = 0.5
 # Columns of ``_duhem`` before its curve, and of the curve of ``_preisach``.
 _BRANCHES, _CURVE = 4, 3
 
@@ -114,10 +116,9 @@ def _preisach(base: Floats, keep: slice) -> Floats:
     widths = np.array([0.05, 0.12, 0.25, 0.45])
     signal = np.repeat(base[:, None], len(widths), axis=1)
     played = play(signal, widths, signal[0].copy())[keep]
-    middle = base.mean()
-    here = (base[keep] - middle)[:, None]
-    powers = [(played - middle) ** k - here**k for k in (1, 2, 3)]
-    static = [here**k - (base[0] - middle) ** k for k in (1, 2, 3)]
+    here = (base[keep] - MIDDLE)[:, None]
+    powers = [(played - MIDDLE) ** k - here**k for k in (1, 2, 3)]
+    static = [here**k - (base[0] - MIDDLE) ** k for k in (1, 2, 3)]
     return np.concatenate([*powers, *static], axis=1)
 
 
@@ -143,8 +144,7 @@ def _duhem(base: Floats, pull: float) -> Floats:
     Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986): what the branches are drawn to is a curve.
     """
     way = np.abs(np.diff(base, prepend=base[0]))
-    middle = base.mean()
-    around = base - middle
+    around = base - MIDDLE
     powers = np.stack([around, around * around, around * around * around], axis=1)
     begun = -np.expm1(-pull * np.cumsum(way))
     slow = _along(powers, way, pull) - powers

@@ -21,6 +21,7 @@ THROUGH = (0.1, 0.2)
 LINE = (1, 3, 5, 7)
 # What is never left of a sensor's share of its divider.
 EDGE = 0.02
+TOP = 1.0 + 2.0 * EDGE
 # Of two poles that are coupled: Chebyshev, Butterworth and Bessel filters are in between.
 DAMPINGS = (0.5, 0.7, 0.87)
 
@@ -104,6 +105,7 @@ def _lines(nominal: Nominal, times_s: Floats) -> list[Candidate]:
     Warburg element); and one whose resistor is the sensor itself, the lower or the upper one."""
     u, result = nominal.u, []
     low = np.clip(u / nominal.full_scale, 0.0, 1.0) + EDGE
+    middle = (nominal.low + 0.5 * nominal.span) / nominal.full_scale + EDGE
     for tau_s in times_s:
         end, begin = u, u.copy()
         for number in LINE:
@@ -112,8 +114,8 @@ def _lines(nominal: Nominal, times_s: Floats) -> list[Candidate]:
             slow = low_pass(u[:, None], nominal.dt_s, part_s, None)[0][:, 0]
             begin += 8.0 / (np.pi * number) ** 2 * (slow - u)
         own = [
-            _at_own_pace(u, nominal.dt_s / (tau_s * share / share.mean()))
-            for share in (low, 1.0 + 2.0 * EDGE - low)
+            _at_own_pace(u, nominal.dt_s / (tau_s * share / usual))
+            for share, usual in ((low, middle), (TOP - low, TOP - middle))
         ]
         for form, y in (("line", end), ("diffusion", begin), ("own", own[0]), ("own", own[1])):
             column = (y - u)[nominal.keep, None]
