@@ -46,7 +46,7 @@ class Case:
     truth: dict[str, tuple[int, ...]]
     excitation: str
     onset_s: float | None
-    unseen: bool  # an equation of it is used by the held-out half only
+    unseen: bool  # an equation of it is not used by the training half
 
 
 def motion(rng: Random, samples: int, excitation: str) -> Floats:

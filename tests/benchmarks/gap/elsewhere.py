@@ -24,6 +24,7 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from cases import Case
 from scipy.signal import fftconvolve, lfilter
 from scipy.special import erf, expit, logit
 
@@ -78,25 +79,6 @@ _ON_ALL = ("backlash", "delay", "clamp_slip", "resonance")
 # parameter within its plausible range moves the codes by no more than this.
 _SIZE = {"noise": (1.6, 4.0), "adc_nonlinearity": (3.0, 15.0)}
 _SIZE_RETUNED = (3.0, 12.0)
-
-
-@dataclass(frozen=True)
-class Case:
-    """Simulated and real recordings of two motions, and the truth: channels (0, 1, ...) by effect.
-
-    ``change``: (SAMPLES, channels) codes that the hidden effects add. ``floors``: (channels,) rms
-    of the difference of two recordings where nothing is hidden. ``onset_s``: of a step, else None.
-    """
-
-    sim: Recording
-    real: Recording
-    sim2: Recording
-    real2: Recording
-    change: Floats
-    floors: Floats
-    truth: dict[str, tuple[int, ...]]
-    excitation: str
-    onset_s: float | None
 
 
 @dataclass(frozen=True)
@@ -1404,4 +1386,5 @@ def make(seed: int, names: tuple[str, ...], excitation: str, family: int | None 
         truth={name: effect.channels for name, effect in zip(names, effects, strict=True)},
         excitation=excitation,
         onset_s=_onset_s(steps[0].draw) if steps else None,
+        unseen=True,
     )

@@ -64,12 +64,10 @@ Job = tuple[tuple[str, ...], int, str, str, tuple[str, ...]]
 def score(job: Job) -> dict[str, Any]:
     """One case: what was hidden, what was said, and what it closes."""
     names, seed, excitation, half, without = job
-    other = half == "elsewhere"
-    case: Any = (
-        elsewhere.make(seed, names, excitation)
-        if other
-        else cases.make(seed, names, excitation, half == "held-out")
-    )
+    if half == "elsewhere":
+        case = elsewhere.make(seed, names, excitation)
+    else:
+        case = cases.make(seed, names, excitation, half == "held-out")
     start = time.process_time()
     diagnosis = diagnose(case.sim, case.real, without=without)
     seconds = time.process_time() - start
@@ -85,7 +83,7 @@ def score(job: Job) -> dict[str, Any]:
     result = {
         "hidden": list(names),
         "excitation": excitation,
-        "unseen": other or case.unseen,
+        "unseen": case.unseen,
         "said": list(said),
         "kinds": [effect["kind"] for effect in data["effects"]],
         "unknown": data["unexplained"]["unknown_effect"],

@@ -70,7 +70,7 @@ WALK = "random_walk"
 WALK_PRICE = 0.5
 WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
-# What an effect alone may leave of the gap, for a closer look at it before the channel's curve.
+# What an effect alone may leave of the gap, for a closer look at it in other places.
 WORTH = 0.5
 # So many narrow candidates are all looked at in other places, whatever was chosen on the codes.
 FEW = 24

@@ -356,7 +356,8 @@ class Effect:
     ``simulate(u, context, values, form, state)`` returns the changed signal and the state after
     it; ``values`` holds (channels,) or (channels, parts) for every parameter. Call ``apply``,
     which fills in defaults. ``exact``: the equation is what happens, not a model of a material.
-    ``memoryless``: its traces at an instant follow from the nominal signals at that instant.
+    ``memoryless``: its traces at an instant follow from the nominal signals at that instant, or
+    nearly so from as few as a search of a long recording looks at.
     ``lasting``: it depends on what was before, and has a mean curve over the strain besides, which
     the calibration of a simulator takes in.
     """
