@@ -41,18 +41,33 @@ def into_rig(diagnosis: Diagnosis, rig: Rig, sim: Recording) -> tuple[Rig, tuple
     """``rig`` with the diagnosed effects, and what each of them reproduces.
 
     ``sim``: the recording of ``rig`` that was diagnosed. Effects without a mean (noise, spikes,
-    lines, walks) stay out: their size is in diagnosis.json.
+    lines, walks) stay out: their size is in diagnosis.json. So does what the simulator's own
+    equation would only make worse: its share is 0. What one leaves over is up to the others too.
     """
     strain = (sim.target[:, 0] - rig.low) / (rig.high - rig.low)
     names = sorted({trace.effect for trace in diagnosis.traces}, key=list(all_effects()).index)
-    carried: list[Carried] = []
-    for name in names:
-        traces = [trace for trace in diagnosis.traces if trace.effect == name]
-        alone = replace(diagnosis, traces=tuple(traces), static=np.zeros((0, 0)))
-        made = _carried(rig, strain, name, traces, change_of(alone, sim.adc_bits))
-        carried.append(made)
-        rig = replace(rig, effects=(*rig.effects, made.placed))
-    return rig, tuple(carried)
+    traces = {name: [t for t in diagnosis.traces if t.effect == name] for name in names}
+    meant = {name: _change(diagnosis, traces[name], sim.adc_bits) for name in names}
+    carried: dict[str, Carried] = {}
+    first = run(rig, strain).codes
+    # The second time each makes up for what all others do otherwise than meant.
+    for others in ((), names) if len(names) > 1 else ((),):
+        for name in names:
+            beside = _with(rig, [carried[other] for other in carried if other != name])
+            wanted = np.sum([meant[other] for other in {name, *carried, *others}], axis=0)
+            goal: Floats = wanted - (run(beside, strain).codes - first)
+            carried[name] = _carried(beside, strain, name, traces[name], goal)
+    return _with(rig, list(carried.values())), tuple(carried.values())
+
+
+def _change(diagnosis: Diagnosis, traces: Sequence[Trace], bits: int) -> Floats:
+    """(samples, channels) codes that these traces add."""
+    return change_of(replace(diagnosis, traces=tuple(traces), static=np.zeros((0, 0))), bits)
+
+
+def _with(rig: Rig, carried: Sequence[Carried]) -> Rig:
+    placed = (one.placed for one in carried if one.share > 0.0)
+    return replace(rig, effects=(*rig.effects, *placed))
 
 
 def _carried(rig: Rig, strain: Floats, name: str, traces: Sequence[Trace], goal: Floats) -> Carried:
