@@ -21,7 +21,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
-from softsense.diagnose.vetting import REMAINING_ALONE, left_share, walks_of
+from softsense.diagnose.vetting import REMAINING_ALONE, left_share, slipped, walks_of
 from softsense.diagnose.walk import without_slow
 from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
@@ -36,7 +36,7 @@ SIMILAR = 0.01
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
 # Where even two effects leave so much of it, something is there besides, or in their place.
-REMAINING_SHARE = 0.015
+REMAINING_SHARE = 0.012
 # Above this share of one common walk, the walks of several channels have one cause. Independent
 # ones reach .93 of three channels, and .97 of two, once in a thousand.
 COMMON = {2: 0.985}
@@ -114,7 +114,8 @@ def tell(
     unspoken = not found or minor or (edges and bool(best.names))
     unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
-    if unknown or (jerky and tails):
+    unknown = unknown or (bool(best.names) and slipped(channels, best))
+    if unknown or jerky:
         best = replace(best, names=frozenset())
     if unknown:
         found = []

@@ -1,6 +1,7 @@
-"""Whether what a model takes for a random walk is one.
+"""Whether what a model takes for a random walk is one, and whether the strain was as recorded.
 
-A walk follows whatever is slow, so that a search finds one in all that no equation says well.
+A walk follows whatever is slow, so that a search finds one in all that no equation says well; and
+a specimen that slips in its clamp leaves on every channel what looks like a drift of its own.
 """
 
 from __future__ import annotations
@@ -11,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import WALK, Channel
+from softsense.diagnose.channel import MOTION, WALK, Channel
 from softsense.diagnose.design import Design, Term
 from softsense.diagnose.nominal import Motion, history_basis
 from softsense.diagnose.search import Model, by_price, priced
 from softsense.diagnose.walk import innovations, without_slow
+from softsense.effects import all_effects
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +28,13 @@ ALIKE = 7.0
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
 DRIVEN = 0.5
 FAST = 100
+# What one strain for all, of this many seconds a knot, must leave of what the effects leave.
+SLIPPED_LEAVES = 0.5
+SLIPPED_KNOT_S = 1.0
+SLIPPED_CHANNELS = 3
+# Newton's steps to it, and a share of the strain's range over which a sensor is nearly straight.
+SLIPPED_STEPS = 4
+STRAIGHT = 0.005
 
 
 def vetted(
@@ -55,6 +64,52 @@ def vetted(
         or not (_jerky(channels, made) or _driven(channels, made, motion))
     ]
     return kept, jerky
+
+
+def slipped(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether the specimen was strained otherwise than recorded: a strain that goes its own way,
+    the same for all channels, says the gap far better than the effects of ``best``.
+
+    It is a spline of time, which has no equation: whatever it is, it is none of the catalogue. Play
+    and delays are such a strain too, and a step may be a slip at one instant.
+    """
+    stages = {all_effects()[name].stage for name in best.names - {WALK}}
+    if len(channels) < SLIPPED_CHANNELS or best.names == {"step"} or MOTION in stages:
+        return False
+    samples = len(channels[0].residual)
+    left = sum(c.left(fit) for c, fit in zip(channels, best.fits, strict=True))
+    left *= samples / channels[0].samples
+    each = max(round(SLIPPED_KNOT_S / channels[0].nominal.dt_s), 1)
+    knots = -(-samples // each)
+    # As many weights gain so much by chance, and lose it on time that they have not seen.
+    least = 2.0 * knots
+    if SLIPPED_LEAVES * left < least:
+        return False
+    at = np.arange(samples)
+    away = np.zeros(samples)
+    for _ in range(SLIPPED_STEPS):
+        power, pull = np.zeros(samples), np.zeros(samples)
+        for channel in channels:
+            slope, rest = _beside(channel, away)
+            power += (slope / channel.sigma) ** 2
+            pull += slope * rest / channel.sigma**2
+        starts = np.arange(0, samples, each)
+        middles = np.minimum(starts + 0.5 * (each - 1), samples - 1)
+        steps = np.add.reduceat(pull, starts) / (np.add.reduceat(power, starts) + power.mean())
+        away += np.interp(at, middles, steps)
+    squares = sum(float((_beside(c, away)[1] ** 2).sum()) / c.sigma**2 for c in channels)
+    return squares - len(channels) * samples + least < SLIPPED_LEAVES * left
+
+
+def _beside(channel: Channel, away: Floats) -> tuple[Floats, Floats]:
+    """(samples,) by how much a channel changes with a strain that is so far ``away``, and what that
+    strain leaves of its residual."""
+    nominal, whole = channel.nominal, slice(None)
+    below, above = (
+        nominal.respond(nominal.strain + away + sign * STRAIGHT, whole) for sign in (-1.0, 1.0)
+    )
+    rest = channel.residual - (0.5 * (below + above) - nominal.u)
+    return (above - below) / (2.0 * STRAIGHT), rest
 
 
 def left_share(channels: Sequence[Channel], best: Model) -> float:
