@@ -191,6 +191,16 @@ def test_an_effect_beside_a_walk_is_named_too() -> None:
     assert set(result.effects) == {"overshoot", "random_walk"}
 
 
+def test_a_drift_beside_another_channels_walk_is_named_too() -> None:
+    x, codes = clean(45)
+    made = codes.copy()
+    made[:, [0, 2]] += np.cumsum(np.random.default_rng(4).normal(0.0, 0.35, (len(x), 2)), axis=0)
+    made[:, 1] += 10.0 * np.log1p(np.arange(len(x)) / RATE_HZ / 20.0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == {"drift": ["s2"], "random_walk": ["s1", "s3"]}
+
+
 def test_what_wanders_alike_beside_an_effect_is_no_walk() -> None:
     """It may be what the effect's equation does not say, and so it is no temperature either."""
     x, codes = clean(8)
@@ -390,9 +400,10 @@ def test_laws_of_time_way_and_place_keep_their_names() -> None:
         largest[k] = max(x[k], x[k] + (largest[k - 1] - x[k]) * np.exp(-0.05 / 250.0))
         worn[k] = min(max(worn[k - 1], x[k] - wide[k]), x[k] + wide[k])
         own[k] += (own[k - 1] - codes[k]) * np.exp(-0.05 / (1.5e-4 * codes[k]))
-    root = np.sqrt(2j * np.pi * np.maximum(np.fft.rfftfreq(len(x), 0.05), 1e-9) * 0.5)[:, None]
-    line = np.fft.irfft(np.fft.rfft(codes, axis=0) * np.tanh(root) / root, len(x), axis=0)
-    line[[*range(60), *range(-60, 0)]] = codes[[*range(60), *range(-60, 0)]]
+    rests = np.pad(codes, ((400, 400), (0, 0)), mode="edge")
+    root = np.sqrt(2j * np.pi * np.maximum(np.fft.rfftfreq(len(rests), 0.05), 1e-9) * 0.5)[:, None]
+    line = np.fft.irfft(np.fft.rfft(rests, axis=0) * np.tanh(root) / root, len(rests), axis=0)
+    line = line[400:-400]
     slopes = np.random.default_rng(3).uniform(-0.15, 0.15, 40)
     stages = slopes[codes.astype(int) // 128] * (codes % 128.0 - 64.0)
     relays = np.zeros(len(x))
@@ -441,6 +452,29 @@ def test_a_gain_of_what_the_strain_alone_says_is_a_gain() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     assert result.effects == ("gain",)
     assert np.std(change_of(result, 12) - (made - codes)) < 1.0
+
+
+def test_a_gain_of_what_is_no_signal_where_it_begins_is_a_gain() -> None:
+    """A recording begins in the middle of a stroke; a converter's curve would say it too."""
+    x, codes = clean(44, start=300)
+    assert x[0] > 0.4
+    more = 0.05 * (codes - sensed(np.zeros_like(x)))
+    more[:, 0] = 0.0
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("gain", ["s2", "s3", "s4"])
+    ]
+
+
+def test_a_converters_curve_is_neither_hysteresis_nor_a_gain() -> None:
+    """Beside a delay, which both could bend."""
+    x, codes = clean(43)
+    late = hide(x, codes, "delay")
+    share = (late[:, 1] - late[:, 1].min()) / np.ptp(late[:, 1])
+    late[:, 1] += 20.0 * (share**3 - 0.6 * share) + 6.0 * np.sin(9.0 * share)
+    result = diagnose(recorded(x, codes, 1), recorded(x, late, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == {"delay": ["s1", "s2", "s3", "s4"], "adc_nonlinearity": ["s2"]}
 
 
 def test_a_little_more_noise_shows_beside_channels_that_are_simulated_right() -> None:
@@ -541,6 +575,34 @@ def test_drives_that_give_way_or_stick_are_backlash() -> None:
         result = diagnose(recorded(x, codes, 1), recorded(x, sensed(np.array(made)), 2))
         assert result.effects == ("backlash",)
         assert result.data["after"]["shrink"] > 0.98
+
+
+@pytest.mark.parametrize("jumps", [False, True])
+def test_a_specimen_that_slips_in_its_clamp_is_unknown(jumps: bool) -> None:
+    """It creeps, or slips now and then, where it is pulled hard: on each channel that looks like a
+    drift or a walk of its own."""
+    x, codes = clean(41)
+    pulled = np.maximum(x - 0.6, 0.0)
+    if jumps:
+        pulled = (pulled > 0.0) * (np.random.default_rng(3).random(len(x)) < 0.004)
+    slid = 0.08 * np.cumsum(pulled) / pulled.sum()
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(x - slid), 2))
+    assert result.effects == ()
+    assert result.data["unexplained"]["unknown_effect"]
+
+
+def test_a_part_that_relaxes_at_another_pace_is_retuned() -> None:
+    x, codes = clean(42)
+
+    def paced(tau_s: float) -> np.ndarray:
+        return codes + 0.2 * (filtered(codes, tau_s) - codes)
+
+    for was_s, is_s in ((10.0, 25.0), (30.0, 120.0)):
+        result = diagnose(recorded(x, paced(was_s), 1), recorded(x, paced(is_s), 2))
+        assert [(e["name"], e["kind"]) for e in result.data["effects"]] == [
+            ("relaxation", "retune")
+        ]
+        assert result.data["effects"][0]["channels"] == ["s1", "s2", "s3", "s4"]
 
 
 def test_one_channel_is_louder_where_the_others_agree() -> None:

@@ -43,6 +43,8 @@ STATIC_SHARE = 0.02
 # A curve that comes with an effect (``Candidate.curved``).
 CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
+# Per sample: such a curve is one of its own where the effect adds less to it.
+IDLE = 0.06
 # Per sample: a second parameter of an equation, and each further one. Where two equations leave
 # nearly nothing, which leaves less says how well the nominal signal is known.
 PARAMETER_PRICE = 0.01
@@ -61,6 +63,8 @@ LEEWAY = 0.03
 OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
+# One of several weights is alone where it is so much of all.
+ALONE = 0.95
 # Parameters that are whole numbers, and have no interval.
 COUNTED = frozenset({"source", "poles"}) | MARKS
 # 95 % of a chi-squared variable with one degree of freedom.
@@ -76,6 +80,8 @@ WORTH = 0.5
 FEW = 24
 # So many candidates whose weights are not as physics has them are left for the next best.
 REFUSED = 4
+# How often the candidates of several effects are chosen beside each other.
+CHOSEN_AGAIN = 3
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5
 # What one does may change from round to round by this share, or by the noise, in the end.
@@ -133,6 +139,10 @@ class Channel:
         for name in (*known[first:], *known[:first]):
             found[name] = self._offered(nominal, name, None)
         self._unchanged: dict[Hashable, list[Entry]] = {}
+        bent = np.vander(nominal.share[self._thin], static.shape[1] // 2)
+        curves = np.concatenate([static[self._thin], bent], axis=1)
+        self._curves: Floats = np.linalg.qr(curves)[0]
+        self._straight: Floats = np.linalg.qr(bent[:, -2:])[0]
         self.gain = self._first_gain(history[self._thin])
         self._take(found)
 
@@ -234,6 +244,7 @@ class Channel:
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self._best: dict[frozenset[str], Fit] = {}
         self._by_fewer: dict[int, bool] = {}
+        self._beside_curves: dict[Hashable, float] = {}
         self._within: dict[frozenset[str], Fit] = {}
 
     def zoom(self, chosen: Iterable[Pick], beside: Container[str]) -> None:
@@ -452,6 +463,7 @@ class Channel:
         candidates = [self.entries[name][number].candidate for name, number in picks]
         if any(candidate.curved for candidate in candidates):
             price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
+        price += STATIC_PRICE * self.samples * len(self._idle(fit))
         more = sum(max(len(c.values.keys() - COUNTED) - 1, 0) for c in candidates)
         price += PARAMETER_PRICE * self.guard * self.samples * more
         if any(candidate.pliable for candidate in candidates):
@@ -461,6 +473,24 @@ class Channel:
         elif fit.static is not None:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
+
+    def _idle(self, fit: Fit) -> list[str]:
+        """Effects of the past whose columns hold a curve, and that add little else to it; and a
+        converter's curve that is little else than straight."""
+        result = []
+        for (name, number), weights in self.weighted(fit):
+            effect, candidate = all_effects()[name], self.entries[name][number].candidate
+            if not (effect.bent or (effect.lasting and candidate.curved)):
+                continue
+            key = name, number, weights.tobytes()
+            if key not in self._beside_curves:
+                said = candidate.columns @ weights
+                curves = self._straight if effect.bent else self._curves
+                beyond = said - curves @ (curves.T @ said)
+                self._beside_curves[key] = float((beyond**2).sum()) / self.sigma**2
+            if self._beside_curves[key] < IDLE * self.samples:
+                result.append(name)
+        return result
 
     def _share_price(self, share: float, fit: Fit) -> float:
         """This share of the gap, or less where a fit without a walk leaves nearly nothing of it."""
@@ -558,19 +588,51 @@ class Channel:
                 made += self._otherwise(last, others, static, fit)
         return min(made, key=self.price)
 
+    def chosen_again(self, fit: Fit) -> Fit:
+        """``fit``, or a cheaper one of the same effects: those chosen one after the other may stand
+        in each other's way, so that each begins once with its best candidate of every form."""
+        if len(fit.picks) < 2 or (WALK, 0) in fit.picks:
+            return fit
+        made, statics = [fit], {0, 0 if fit.static is None else len(fit.static)}
+        for name, _ in fit.picks:
+            rest = {n: k for n, k in fit.picks if n != name}
+            others = tuple(rest.items()) if all(self.entries[n][k].at for n, k in fit.picks) else ()
+            for static in statics:
+                worth = self._worth(others, static, name)
+                best: dict[str, int] = {}
+                for number in np.argsort(-worth).tolist():
+                    best.setdefault(self.entries[name][number].candidate.form, number)
+                for number in best.values():
+                    for last in rest:
+                        begin = {n: k for n, k in rest.items() if n != last} | {name: number}
+                        made.append(self._beside(last, begin, static))
+        return min(made, key=self.price)
+
     def _otherwise(self, last: str, others: Mapping[str, int], static: int, fit: Fit) -> list[Fit]:
         """The same without the candidates of ``fit`` whose weights are not as physics has them."""
         made: list[Fit] = []
         refused: set[Pick] = set()
         for _ in range(REFUSED):
-            wrong = {*self._cancelling(fit), *self._beyond(fit)}
+            cancelling = self._cancelling(fit)
+            wrong = {*cancelling, *self._beyond(fit)}
             if not wrong:
                 break
-            refused |= {pick for pick in fit.picks if pick[0] in wrong}
+            for name, number in fit.picks:
+                if name in wrong:
+                    refused |= {(name, number), *(self._alike(name, number) * (name in cancelling))}
             free = {n: k for n, k in others.items() if n not in wrong}
             fit = self._beside(last, free, static, wrong, refused)
             made.append(fit)
         return made
+
+    def _alike(self, name: str, number: int) -> list[Pick]:
+        """Candidates whose weights cancel where those of this one do."""
+        form = self.entries[name][number].candidate.form
+        return [
+            (name, k)
+            for k, entry in enumerate(self.entries[name])
+            if entry.candidate.parallel and entry.candidate.form == form
+        ]
 
     def _beside(
         self,
@@ -582,11 +644,18 @@ class Channel:
     ) -> Fit:
         """The best candidate of ``last`` beside ``others``, then of ``more`` and of the others
         beside it; none that is ``refused``."""
-        picks = dict(others)
-        for name in (last, *sorted({*others, *more} - {last})):
-            rest = [(n, k) for n, k in picks.items() if n != name]
-            picks[name] = self._choose(rest, static, name, refused)
-        return self._fit(tuple(sorted(picks.items())), static)
+        picks, made = dict(others), []
+        names = (last, *sorted({*others, *more} - {last}))
+        for _ in range(CHOSEN_AGAIN):
+            before = dict(picks)
+            for name in names:
+                rest = [(n, k) for n, k in picks.items() if n != name]
+                picks[name] = self._choose(rest, static, name, refused)
+                if len(picks) == len(names):
+                    made.append(self._fit(tuple(sorted(picks.items())), static))
+            if picks == before:
+                break
+        return min(made, key=self.price)
 
     def _cancelling(self, fit: Fit) -> list[str]:
         """Effects whose weights ought to have one sign, and cancel."""
@@ -602,8 +671,11 @@ class Channel:
         result = []
         for pick, weights in self.weighted(fit):
             candidate = self.entries[pick[0]][pick[1]].candidate
+            sizes = np.abs(weights)
+            alone = float(sizes.max()) > ALONE * float(sizes.sum())
+            most = min(candidate.largest, candidate.alone if alone else np.inf)
             below = candidate.positive and float(weights.min()) < 0.0
-            if below or float(np.abs(weights).max()) > candidate.largest:
+            if below or float(sizes.max()) > most:
                 result.append(pick[0])
         return result
 
@@ -617,6 +689,13 @@ class Channel:
         """The candidate of an effect that fits best beside ``picks``, of those not ``refused``."""
         if name == WALK:
             return 0
+        worth = self._worth(picks, static, name)
+        while (name, best := int(np.argmax(worth))) in refused and worth[best] > -np.inf:
+            worth[best] = -np.inf
+        return best
+
+    def _worth(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
+        """(candidates,) of an effect: what each gains beside ``picks``, less what it costs."""
         group = self.groups[name]
         gained, error = self._design(picks).gains(self._terms(picks), static, name)
         gains: Floats = gained / self.sigma**2
@@ -626,10 +705,8 @@ class Channel:
             share = np.minimum(share, SHARE_OF_LEFT * np.maximum(left, 0.0))
         costs = WEIGHT_PRICE * group.free_widths
         costs = costs + group.curved * (CURVED_PRICE * self.samples + share)
-        worth = gains - costs
-        while (name, best := int(np.argmax(worth))) in refused and worth[best] > -np.inf:
-            worth[best] = -np.inf
-        return best
+        worth: Floats = gains - costs
+        return worth
 
     def within(self, names: frozenset[str]) -> Fit:
         """The cheapest fit with any of the effects ``names``, or none."""

@@ -26,6 +26,8 @@ SHORT_BEAM = 2
 ZOOMED = 6
 COMPOSED = 8
 COMPOSED_WALKS = 3
+# Pairs and triples whose candidates are chosen again, each form in its turn.
+CHOSEN_AGAIN = 4
 # Single effects that are looked at once more, as those of pairs are.
 REFINED = 4
 # So many of each at first, and the rest where these then leave less than so much of what they did,
@@ -68,7 +70,23 @@ class Model:
 
 def model(channels: Sequence[Channel], names: Names) -> Model:
     """The cheapest fits with any of the effects ``names``."""
-    return priced(channels, tuple(channel.within(names) for channel in channels))
+    return leaner(channels, priced(channels, tuple(channel.within(names) for channel in channels)))
+
+
+def leaner(channels: Sequence[Channel], made: Model) -> Model:
+    """``made``, or what is cheaper without some of its effects on channels that have others too,
+    where they say less than it costs to name them there."""
+    for number, (channel, fit) in enumerate(zip(channels, made.fits, strict=True)):
+        own = frozenset(name for name, _ in fit.picks)
+        for name in sorted(own) if len(own) > 1 and WALK not in made.names else ():
+            fewer = channel.within(own - {name})
+            saved = len(made.names) * NAME_SHARE * channel.excess
+            if channel.price(fewer) < channel.price(fit) + saved:
+                fits = (*made.fits[:number], fewer, *made.fits[number + 1 :])
+                other = priced(channels, fits)
+                if other.names == made.names and other.price < made.price:
+                    made = other
+    return made
 
 
 def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
@@ -86,7 +104,8 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     if WALK in names:
         # How large an effect is, is not seen beside a walk, unless it is slow.
         price += each * beside_walk(len(names) - 1)
-        price += (SLOW_PRICE * channels[0].samples + NAME_SHARE * gap) * len(names & SLOW)
+        slow = sum(_by_chance(channels, fits, name) for name in names & SLOW)
+        price += (SLOW_PRICE * channels[0].samples + NAME_SHARE * gap) * slow
         walking = [
             c.excess for c, fit in zip(channels, fits, strict=True) if (WALK, 0) in fit.picks
         ]
@@ -104,6 +123,15 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         for name in names
     ]
     return Model(names, fits, price + sum(costs) + shares)
+
+
+def _by_chance(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> bool:
+    """Whether something slow may be a part of a walk: not where it alone says all that there is."""
+    return any(
+        len(fit.picks) > 1 or channel.left(fit) > channel.effect_price
+        for channel, fit in zip(channels, fits, strict=True)
+        if name in dict(fit.picks)
+    )
 
 
 def _gap_of(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> float:
@@ -152,7 +180,7 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
         channels[number].zoom(chosen[number] | common, beside)
 
     all_at_once(zoom, range(len(channels)))
-    fine = _models(channels, known)
+    fine = _chosen_again(channels, _models(channels, known))
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
@@ -172,6 +200,21 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
         done += _composed(channels, later, fine[0].price)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     return _walk_last(channels, by_price([*untouched, *(after for _, after in done)]))
+
+
+def _chosen_again(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
+    """``models`` by price, the most promising of several effects with candidates chosen again."""
+    named = [made for made in models if WALK not in made.names]
+    several = [made for made in named if len(made.names) == 2][:CHOSEN_AGAIN]
+    several += [made for made in named if len(made.names) == 3][:SHORT_BEAM]
+    several = [m for m in several if _least(channels, len(m.names)) < models[0].price]
+
+    def again(number: int) -> list[Fit]:
+        return [channels[number].chosen_again(made.fits[number]) for made in several]
+
+    by_channel = all_at_once(again, range(len(channels)))
+    better = [leaner(channels, priced(channels, fits)) for fits in zip(*by_channel, strict=True)]
+    return by_price([*models, *better])
 
 
 def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
@@ -226,7 +269,8 @@ def _composed(
         made = [
             list(fits) for fits in zip(*all_at_once(together, range(len(channels))), strict=True)
         ]
-    return list(zip(several, (priced(channels, tuple(fits)) for fits in made), strict=True))
+    after = (leaner(channels, priced(channels, tuple(fits))) for fits in made)
+    return list(zip(several, after, strict=True))
 
 
 def _moved(channels: Sequence[Channel], fits: Sequence[Fit]) -> dict[str, Entry]:

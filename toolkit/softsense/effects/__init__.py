@@ -298,9 +298,9 @@ class Candidate:
     parts relax); where they cancel, something else is mimicked. ``values``: the parameters that the
     columns were made with. ``curved``: the columns hold a curve besides, of the signal or of time,
     which other effects could be behind. ``pliable``: it follows whatever is near, also where the
-    effect is an exact equation. ``largest``: weights beyond it are not physical; ``positive``: nor
-    those below 0. ``moved()``: (samples,) the strain that reaches the sensor, where that is what
-    the effect changes.
+    effect is an exact equation. ``largest``: weights beyond it are not physical, nor those beyond
+    ``alone`` where the others are next to nothing; ``positive``: nor those below 0. ``moved()``:
+    (samples,) the strain that reaches the sensor, where that is what the effect changes.
     """
 
     made: Floats | Callable[[], Floats]
@@ -311,6 +311,7 @@ class Candidate:
     curved: bool = False
     pliable: bool = False
     largest: float = np.inf
+    alone: float = np.inf
     positive: bool = False
     moved: Callable[[], Floats] | None = None
 
@@ -359,7 +360,8 @@ class Effect:
     ``memoryless``: its traces at an instant follow from the nominal signals at that instant, or
     nearly so from as few as a search of a long recording looks at.
     ``lasting``: it depends on what was before, and has a mean curve over the strain besides, which
-    the calibration of a simulator takes in.
+    the calibration of a simulator takes in. ``bent``: it is a curve of the codes, of which what is
+    straight is none of it.
     """
 
     name: str
@@ -377,6 +379,7 @@ class Effect:
     exact: bool = False
     memoryless: bool = False
     lasting: bool = False
+    bent: bool = False
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

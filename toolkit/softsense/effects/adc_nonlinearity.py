@@ -100,7 +100,7 @@ def _bits(nominal: Nominal) -> Floats:
     low, high = nominal.low + MARGIN * nominal.span, nominal.low + (1 - MARGIN) * nominal.span
     moved = int(low) >> bits != int(high) >> bits
     set_ = np.clip(np.rint(nominal.u), 0, None).astype(np.int64)[:, None] >> bits & 1
-    return np.asarray(set_ * moved * nominal.span)
+    return np.concatenate([set_ * moved * nominal.span, _straight(nominal)], axis=1)
 
 
 def _subranging(nominal: Nominal) -> list[Candidate]:
@@ -114,8 +114,14 @@ def _subranging(nominal: Nominal) -> list[Candidate]:
         coarse = np.floor(nominal.u / step)
         rest = nominal.u - (coarse + 0.5) * step
         slopes = np.where(coarse[:, None] == np.arange(first, last + 1), rest[:, None], 0.0)
-        result.append(Candidate(slopes, {"step": step}, "subranging", pliable=True))
+        columns = np.concatenate([slopes, _straight(nominal)], axis=1)
+        result.append(Candidate(columns, {"step": step}, "subranging", pliable=True))
     return result
+
+
+def _straight(nominal: Nominal) -> Floats:
+    """(samples, 2) the line that a calibration takes such an error against."""
+    return np.stack([nominal.u - nominal.rest, np.full(len(nominal.u), nominal.span)], axis=1)
 
 
 def _ladder(nominal: Nominal, rungs: int) -> Floats:
@@ -141,4 +147,5 @@ EFFECT = Effect(
     forms=("bow", "s_shape", "missing_codes"),
     exact=True,
     memoryless=True,
+    bent=True,
 )

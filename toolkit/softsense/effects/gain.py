@@ -21,6 +21,8 @@ from softsense.effects import (
 _REFERENCE_CYCLES = 100.0
 # No divider goes closer to its ends, as a share of the converter's range.
 EDGE = 0.01
+# Where the signal is 0, in spans from where a recording begins.
+ABOUT = (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7)
 
 
 def simulate(
@@ -45,10 +47,12 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the way gone; or to the
-    resistance, whose voltage is read behind a divider."""
+    resistance, whose voltage is read behind a divider. What is no signal need not be where the
+    recording begins."""
     t, moved, way = _time(nominal), _moved(nominal), _way(nominal)
     return [
         Candidate(moved[:, None], {}, "constant"),
+        *_about(nominal, ABOUT),
         *_divided(nominal),
         Candidate((moved * t)[:, None], {}, "ageing"),
         Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
@@ -60,13 +64,15 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one way, or one time and order; what has neither, nothing closer."""
+    """The same around one way, one zero, or one time and order; what has none, all zeros."""
+    if "zero" in values:
+        return _about(nominal, (values["zero"] * np.geomspace(0.6, 1.7, 9)).tolist())
     if "ways" in values:
         return _logarithmic(nominal, (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist())
     if "part" in values:
         parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
         return _settling(nominal, parts, (0.8, 1.0, 1.25, 1.5, 1.75, 2.0))
-    return explain(nominal)
+    return explain(nominal) + _about(nominal, np.linspace(-1.0, 1.0, 21).tolist())
 
 
 def _time(nominal: Nominal) -> Floats:
@@ -85,6 +91,15 @@ def _way(nominal: Nominal) -> Floats:
     """(kept samples,) strain ranges gone so far."""
     way: Floats = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
     return way[nominal.keep]
+
+
+def _about(nominal: Nominal, zeros: Sequence[float]) -> list[Candidate]:
+    """Constant, from where the signal is 0, in spans from where the recording begins."""
+    moved = _moved(nominal)
+    return [
+        Candidate((moved - zero * nominal.span)[:, None], {"zero": zero}, "constant")
+        for zero in zeros
+    ]
 
 
 def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:

@@ -31,6 +31,10 @@ BENDS = (-1.4, 0.6, 1.2, 2.0)
 # Time constants of a rising signal, and how many times as long a falling one takes.
 PACES_S = (2.0, 4.0, 8.0, 16.0, 32.0)
 RECOVERIES = (0.4, 0.6, 1.7, 2.5)
+# Time constants that a simulator has and that are in truth, where its own are wrong, and how many
+# places apart they are.
+RETIMED_S = tuple(0.6 * 1.5**k for k in range(15))
+APART = (1, 2, 3, 4, 6)
 
 
 def ladder(values: Values, form: str) -> tuple[Floats, Floats]:
@@ -75,7 +79,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
     stretched further relaxes more than in proportion), and where the signal is right at once; and a
-    part that relaxes at another pace than it recovers."""
+    part that relaxes at another pace than it recovers, or than the simulator has it."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
 
     # One candidate may be asked for alone, and two share what is relaxed.
@@ -93,7 +97,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         whole: Floats = relaxed(bend, taus) + (signal - signal[0])[nominal.keep, None]
         return whole
 
-    result = _singles(nominal, near) + _uneven(nominal)
+    result = _singles(nominal, near) + _uneven(nominal) + _retimed(nominal, values)
     result += [_prony(partial(relaxed, 0.0, taus), "prony") for taus in LADDERS]
     for bend in (0.0, *BENDS):
         for taus in LADDERS[1:3]:
@@ -128,8 +132,34 @@ def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats
     return column
 
 
+def _retimed(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """A part that the simulator relaxes at ``was_s``, and that does so at ``tau_s``."""
+    if "was_s" in values:
+        around = np.geomspace(0.8, 1.25, 5)
+        taus = [(was, tau) for was in values["was_s"] * around for tau in values["tau_s"] * around]
+    else:
+        taus = [
+            (RETIMED_S[k], RETIMED_S[k + apart])
+            for apart in APART
+            for k in range(len(RETIMED_S) - apart)
+        ]
+
+    @cache
+    def slow(tau_s: float) -> Floats:
+        return low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep]
+
+    def between(was_s: float, tau_s: float) -> Floats:
+        column: Floats = slow(tau_s) - slow(was_s)
+        return column
+
+    return [
+        Candidate(partial(between, was, tau), {"tau_s": tau, "was_s": was}, "retimed", largest=MOST)
+        for was, tau in taus
+    ]
+
+
 def _prony(made: Callable[[], Floats], form: str) -> Candidate:
-    return Candidate(made, {}, form, parallel=True, largest=MOST_OF_SEVERAL)
+    return Candidate(made, {}, form, parallel=True, largest=MOST_OF_SEVERAL, alone=MOST)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
