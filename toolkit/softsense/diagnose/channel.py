@@ -596,9 +596,8 @@ class Channel:
         made, statics = [fit], {0, 0 if fit.static is None else len(fit.static)}
         for name, _ in fit.picks:
             rest = {n: k for n, k in fit.picks if n != name}
-            others = tuple(rest.items()) if all(self.entries[n][k].at for n, k in fit.picks) else ()
             for static in statics:
-                worth = self._worth(others, static, name)
+                worth = self._worth(tuple(rest.items()), static, name)
                 best: dict[str, int] = {}
                 for number in np.argsort(-worth).tolist():
                     best.setdefault(self.entries[name][number].candidate.form, number)
@@ -617,16 +616,16 @@ class Channel:
             wrong = {*cancelling, *self._beyond(fit)}
             if not wrong:
                 break
-            for name, number in fit.picks:
-                if name in wrong:
-                    refused |= {(name, number), *(self._alike(name, number) * (name in cancelling))}
+            refused |= {pick for pick in fit.picks if pick[0] in wrong}
+            refused |= {o for pick in fit.picks if pick[0] in cancelling for o in self._alike(pick)}
             free = {n: k for n, k in others.items() if n not in wrong}
             fit = self._beside(last, free, static, wrong, refused)
             made.append(fit)
         return made
 
-    def _alike(self, name: str, number: int) -> list[Pick]:
-        """Candidates whose weights cancel where those of this one do."""
+    def _alike(self, pick: Pick) -> list[Pick]:
+        """Candidates of the same effect whose weights cancel where those of this one do."""
+        name, number = pick
         form = self.entries[name][number].candidate.form
         return [
             (name, k)
