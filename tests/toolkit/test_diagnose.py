@@ -605,6 +605,17 @@ def test_a_part_that_relaxes_at_another_pace_is_retuned() -> None:
         assert result.data["effects"][0]["channels"] == ["s1", "s2", "s3", "s4"]
 
 
+def test_what_relaxes_faster_where_it_is_stretched_is_relaxation() -> None:
+    x, codes = clean(47)
+    slow = codes.copy()
+    for k in range(1, len(x)):
+        kept = np.exp(-np.exp(2.0 * x[k]) / (RATE_HZ * 12.0))
+        slow[k] = codes[k] + kept * (slow[k - 1] - codes[k])
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + 0.25 * (slow - codes), 2))
+    assert result.effects == ("relaxation",)
+    assert result.data["unexplained"]["share"] < 0.002
+
+
 def test_one_channel_is_louder_where_the_others_agree() -> None:
     """By less than what a recording may be louder than its simulation."""
     x, codes = clean(16)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import compiled, low_pass
+from softsense.effects.operators import at_own_pace, compiled, low_pass
 
 # The second of two poles, of the first.
 SECOND = (0.12, 0.25, 0.5)
@@ -114,27 +114,13 @@ def _lines(nominal: Nominal, times_s: Floats) -> list[Candidate]:
             slow = low_pass(u[:, None], nominal.dt_s, part_s, None)[0][:, 0]
             begin += 8.0 / (np.pi * number) ** 2 * (slow - u)
         own = [
-            _at_own_pace(u, nominal.dt_s / (tau_s * share / usual))
+            at_own_pace(u, nominal.dt_s / (tau_s * share / usual))
             for share, usual in ((low, middle), (TOP - low, TOP - middle))
         ]
         for form, y in (("line", end), ("diffusion", begin), ("own", own[0]), ("own", own[1])):
             column = (y - u)[nominal.keep, None]
             result.append(Candidate(column.copy(), {"tau_s": float(tau_s)}, form, fixed=True))
     return result
-
-
-@compiled
-def _at_own_pace(u: Floats, pull: Floats) -> Floats:
-    """(samples,) what follows ``u`` at rates ``pull`` (samples,), exact between samples of one."""
-    output = np.empty_like(u)
-    y = u[0]
-    output[0] = y
-    for k in range(1, len(u)):
-        kept = np.exp(-pull[k])
-        share = (1.0 - kept) / pull[k]
-        y = kept * y + (1.0 - share) * u[k] + (share - kept) * u[k - 1]
-        output[k] = y
-    return output
 
 
 def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[Candidate]:

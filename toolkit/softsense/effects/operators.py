@@ -117,3 +117,17 @@ def followed(signal: Floats, rising: float, falling: float, start: float) -> Flo
         y += gone * (up if gone > 0.0 else down)
         output[k] = y
     return output
+
+
+@compiled
+def at_own_pace(u: Floats, pull: Floats) -> Floats:
+    """(samples,) what follows ``u`` at rates ``pull`` (samples,), exact between samples of one."""
+    output = np.empty_like(u)
+    y = u[0]
+    output[0] = y
+    for k in range(1, len(u)):
+        kept = np.exp(-pull[k])
+        share = (1.0 - kept) / pull[k]
+        y = kept * y + (1.0 - share) * u[k] + (share - kept) * u[k - 1]
+        output[k] = y
+    return output

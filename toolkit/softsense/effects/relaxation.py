@@ -8,7 +8,7 @@ from functools import cache, partial
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import followed, low_pass
+from softsense.effects.operators import at_own_pace, followed, low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.7
@@ -31,6 +31,9 @@ BENDS = (-1.4, 0.6, 1.2, 2.0)
 # Time constants of a rising signal, and how many times as long a falling one takes.
 PACES_S = (2.0, 4.0, 8.0, 16.0, 32.0)
 RECOVERIES = (0.4, 0.6, 1.7, 2.5)
+# How much faster it relaxes at full signal than at none, as powers of e; and where as stated.
+MIDDLE = 0.5
+HASTES = (-2.0, -1.0, 1.0, 2.0)
 # Time constants that a simulator has and that are in truth, where its own are wrong, and how many
 # places apart they are.
 RETIMED_S = tuple(0.6 * 1.5**k for k in range(15))
@@ -78,8 +81,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
-    stretched further relaxes more than in proportion), and where the signal is right at once; and a
-    part that relaxes at another pace than it recovers, or than the simulator has it."""
+    stretched further relaxes more than in proportion), where the signal is right at once, and where
+    what is stretched further relaxes faster; and a part that relaxes at another pace than it
+    recovers, or than the simulator has it."""
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
 
     # One candidate may be asked for alone, and two share what is relaxed.
@@ -98,6 +102,11 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return whole
 
     result = _singles(nominal, near) + _uneven(nominal) + _retimed(nominal, values)
+    result += [
+        _prony(partial(_hasty, nominal, haste, taus), "hasty")
+        for haste in HASTES
+        for taus in LADDERS[1:3]
+    ]
     result += [_prony(partial(relaxed, 0.0, taus), "prony") for taus in LADDERS]
     for bend in (0.0, *BENDS):
         for taus in LADDERS[1:3]:
@@ -130,6 +139,19 @@ def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats
     slow = followed(nominal.u, nominal.dt_s / rising_s, nominal.dt_s / falling_s, nominal.u[0])
     column: Floats = (slow - nominal.u)[nominal.keep, None].copy()
     return column
+
+
+def _hasty(nominal: Nominal, haste: float, taus: Sequence[float]) -> Floats:
+    """(kept samples, time constants) of parts that relax the faster, the larger the signal is.
+
+    Schapery, Polym. Eng. Sci. 9 (1969): time goes by the faster, the more a material is stressed.
+    """
+    faster = np.exp(haste * (nominal.share - MIDDLE))
+    parts = [
+        at_own_pace(nominal.u, nominal.dt_s / tau * faster)[nominal.keep] - nominal.u[nominal.keep]
+        for tau in taus
+    ]
+    return np.stack(parts, axis=1)
 
 
 def _retimed(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
