@@ -56,6 +56,11 @@ def run(args: argparse.Namespace, console: Console) -> int:
     for one in carried:
         where = ", ".join(one.placed.channels)
         share = f"{100 * one.share:.0f} % of what was diagnosed"
-        print(f"rig.toml has {one.placed.name} on {where}: {share}")
+        if one.share > 0.0:
+            print(f"rig.toml has {one.placed.name} on {where}: {share}")
+        else:
+            print(
+                f"rig.toml is without {one.placed.name} on {where}: its equation there only harms"
+            )
     print(f"report: {args.output / 'report.html'}")
     return 0
