@@ -81,7 +81,7 @@ FEW = 24
 # So many candidates whose weights are not as physics has them are left for the next best.
 REFUSED = 4
 # How often the candidates of several effects are chosen beside each other.
-CHOSEN_AGAIN = 3
+PASSES = 3
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5
 # What one does may change from round to round by this share, or by the noise, in the end.
@@ -645,7 +645,7 @@ class Channel:
         beside it; none that is ``refused``."""
         picks, made = dict(others), []
         names = (last, *sorted({*others, *more} - {last}))
-        for _ in range(CHOSEN_AGAIN):
+        for _ in range(PASSES):
             before = dict(picks)
             for name in names:
                 rest = [(n, k) for n, k in picks.items() if n != name]

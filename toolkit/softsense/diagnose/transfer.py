@@ -51,10 +51,10 @@ def into_rig(diagnosis: Diagnosis, rig: Rig, sim: Recording) -> tuple[Rig, tuple
     carried: dict[str, Carried] = {}
     first = run(rig, strain).codes
     # The second time each makes up for what all others do otherwise than meant.
-    for others in ((), names) if len(names) > 1 else ((),):
+    for _ in range(2 if len(names) > 1 else 1):
         for name in names:
             beside = _with(rig, [carried[other] for other in carried if other != name])
-            wanted = np.sum([meant[other] for other in {name, *carried, *others}], axis=0)
+            wanted = np.sum([meant[o] for o in names if o == name or o in carried], axis=0)
             goal: Floats = wanted - (run(beside, strain).codes - first)
             carried[name] = _carried(beside, strain, name, traces[name], goal)
     return _with(rig, list(carried.values())), tuple(carried.values())

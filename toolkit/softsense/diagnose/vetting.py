@@ -90,18 +90,18 @@ def slipped(channels: Sequence[Channel], best: Model) -> bool:
     for _ in range(SLIPPED_STEPS):
         power, pull = np.zeros(samples), np.zeros(samples)
         for channel in channels:
-            slope, rest = _beside(channel, away)
+            slope, rest = _strained(channel, away)
             power += (slope / channel.sigma) ** 2
             pull += slope * rest / channel.sigma**2
         starts = np.arange(0, samples, each)
         middles = np.minimum(starts + 0.5 * (each - 1), samples - 1)
         steps = np.add.reduceat(pull, starts) / (np.add.reduceat(power, starts) + power.mean())
         away += np.interp(at, middles, steps)
-    squares = sum(float((_beside(c, away)[1] ** 2).sum()) / c.sigma**2 for c in channels)
+    squares = sum(float((_strained(c, away)[1] ** 2).sum()) / c.sigma**2 for c in channels)
     return squares - len(channels) * samples + least < SLIPPED_LEAVES * left
 
 
-def _beside(channel: Channel, away: Floats) -> tuple[Floats, Floats]:
+def _strained(channel: Channel, away: Floats) -> tuple[Floats, Floats]:
     """(samples,) by how much a channel changes with a strain that is so far ``away``, and what that
     strain leaves of its residual."""
     nominal, whole = channel.nominal, slice(None)
