@@ -328,7 +328,7 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
             continue
         asked = one.explain(searched._asked(one, nominal))
         for thin, full in zip(asked, one.explain(nominal), strict=True):
-            columns = searched._entry(thin, 0, None, "").candidate.columns
+            columns = searched._entry(thin, 0, None, "").columns
             expected = full.columns[::4]
             np.testing.assert_allclose(columns, expected, rtol=1e-9, atol=1e-9, err_msg=name)
 

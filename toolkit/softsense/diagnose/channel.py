@@ -102,6 +102,10 @@ LONG = 10
 SAYS = 0.03
 
 
+# The columns of a candidate that an entry has laid out.
+NOTHING: Floats = np.zeros((0, 0))
+
+
 class Channel:
     """What the search needs of one channel; fits are made when they are asked for, and kept."""
 
@@ -132,6 +136,15 @@ class Channel:
         self._thin = slice(None, None, -(-len(residual) // SEARCHED))
         self.long = self._thin.step > LONG
         self._together = slow_over(nominal.strain[self._thin])
+        squares = float(np.sum(residual[self._thin] ** 2)) / sigma**2
+        self.samples = len(residual[self._thin])
+        # Squares of the residual beyond the noise, over its variance.
+        self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
+        self.gain = likely_gain(residual[self._thin], sigma)
+        if self.excess < self.effect_price:
+            # No effect can pay, and none is asked.
+            self._take({})
+            return
         found: dict[str, list[Entry]] = {name: [] for name in known}
         # Channels begin with different effects, so that what one has asked the nominal response is
         # there when another, at work beside it, asks the same.
@@ -185,8 +198,7 @@ class Channel:
 
     def _first_gain(self, history: Floats) -> float:
         """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""
-        residual = self.residual[self._thin]
-        gain = likely_gain(residual, self.sigma)
+        residual, gain = self.residual[self._thin], self.gain
         for _ in range(2):
             basis = innovations(history, gain)
             weights = np.linalg.lstsq(basis, innovations(residual[:, None], gain)[:, 0])[0]
@@ -201,7 +213,7 @@ class Channel:
         best = min(walks, key=self.price)
         left = self.residual[self._thin].copy()
         for (name, number), weights in self.weighted(best):
-            left -= self.entries[name][number].candidate.columns @ weights
+            left -= self.entries[name][number].said(weights)
         return likely_gain(left, self.sigma)
 
     def _entry(
@@ -211,37 +223,45 @@ class Channel:
         if len(columns) == len(self.residual) and self._thin.step > 1:
             # A copy, so that the whole is not kept.
             columns = columns[self._thin].copy()
-        return Entry((), replace(candidate, made=columns), number, near, place)
+        return Entry((), replace(candidate, made=NOTHING), columns, number, near, place)
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
-        columns: dict[str, list[Floats]] = {}
+        columns: dict[str, NDArray[np.floating]] = {}
         static = self.static[self._thin]
-        base = [self.residual[self._thin], np.ones(len(static)), *static.T]
+        base = np.stack([self.residual[self._thin], np.ones(len(static)), *static.T])
         begin = len(base)
         self.entries: dict[str, list[Entry]] = {}
         for name, entries in found.items():
-            places: dict[int, int] = {}
-            own: list[Floats] = []
+            if not entries:
+                continue
+            # What is fitted has noise in its fourth digit: seven are enough, and half the memory.
+            shape = sum(entry.width for entry in entries), len(static)
+            rows = np.empty(shape, dtype=np.float32)
+            places: dict[float, list[int]] = {}
+            self.entries[name], used = [], 0
             for entry in entries:
                 at = []
-                for column in entry.candidate.columns.T:
-                    key = hash(column.tobytes())
-                    if key not in places:
-                        places[key] = begin + len(own)
-                        own.append(np.ascontiguousarray(column))
-                    at.append(places[key])
-                self.entries.setdefault(name, []).append(replace(entry, at=tuple(at)))
-            begin += len(own)
-            columns[name] = own
+                for column in entry.columns.T:
+                    row = rows[used]
+                    row[:] = column
+                    alike = places.setdefault(float(row @ row), [])
+                    place = next((k for k in alike if np.array_equal(rows[k], row)), used)
+                    if place == used:
+                        alike.append(used)
+                        used += 1
+                    at.append(place)
+                laid = rows[at[0] : at[-1] + 1] if at[-1] - at[0] == len(at) - 1 else rows[at]
+                self.entries[name].append(entry.laid(tuple(begin + k for k in at), laid.T))
+            begin += used
+            columns[name] = rows[:used]
         self.groups = {name: Group(entries) for name, entries in self.entries.items()}
         self.design = Design(base, columns, self.groups, together=self._together)
         # How effects show beside a walk: what the past does not foresee of them.
         self.walking = Design(base, columns, self.groups, self.gain, self._together)
-        self.samples = self.design.samples
-        squares = float(self.design.squares.sum()) / self.sigma**2
-        # Squares of the residual beyond the noise, over its variance.
-        self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
+        self._fits: dict[tuple[tuple[Pick, ...], int], Fit] = {}
+        self._prices: dict[int, tuple[Fit, float]] = {}
+        self._worths: dict[tuple[tuple[Pick, ...], int, str], Floats] = {}
         self._best: dict[frozenset[str], Fit] = {}
         self._by_fewer: dict[int, bool] = {}
         self._beside_curves: dict[Hashable, float] = {}
@@ -262,7 +282,7 @@ class Channel:
             if effect.zoom is None:
                 # Candidates of one column cost little.
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
-            kept = [entries[number] for number in sorted(numbers)]
+            kept = [entries[number].apart() for number in sorted(numbers)]
             found[name] = [*kept] if effect.zoom else [*entries]
             alone = self.left(self.best(frozenset({name})))
             if alone < WORTH * self.excess:
@@ -325,12 +345,12 @@ class Channel:
     def _settled(self, before: Fit, now: Fit) -> bool:
         """Whether what others have acted on, of ``before``, is what effects do ``now``."""
         said = {
-            name: self.entries[name][number].candidate.columns @ weights
+            name: self.entries[name][number].said(weights)
             for (name, number), weights in self.weighted(before)
         }
         # Nothing acts on what the last one does.
         for (name, number), weights in self.weighted(now)[:-1]:
-            done = self.entries[name][number].candidate.columns @ weights
+            done = self.entries[name][number].said(weights)
             far = float(np.std(done - said[name]))
             if far > max(UNSETTLED * float(np.std(done)), self.sigma):
                 return False
@@ -364,7 +384,7 @@ class Channel:
         chosen: list[Pick] = []
         for name, number in picks:
             if name != WALK:
-                self.entries[name].append(replace(trial.entries[name][number], at=()))
+                self.entries[name].append(trial.entries[name][number].apart())
                 number = len(self.entries[name]) - 1
             chosen.append((name, number))
         return tuple(chosen)
@@ -432,7 +452,7 @@ class Channel:
         """(samples, p) of a candidate, at the full rate."""
         entry = self.entries[pick[0]][pick[1]]
         if self._thin.step == 1:
-            return entry.candidate.columns
+            return entry.columns.astype(np.float64)
         nominal = entry.nominal or self.nominal
         return explained(nominal, pick[0], entry.number, entry.near, entry.place).columns
 
@@ -446,6 +466,11 @@ class Channel:
 
     def price(self, fit: Fit) -> float:
         """What a fit leaves on unseen time, noise included, and what its terms cost."""
+        if id(fit) not in self._prices:
+            self._prices[id(fit)] = fit, self._price(fit)
+        return self._prices[id(fit)][1]
+
+    def _price(self, fit: Fit) -> float:
         price = WEIGHT_PRICE * fit.columns
         if (WALK, 0) in fit.picks:
             price += self.effect_price * beside_walk(len(fit.picks) - 1)
@@ -479,12 +504,12 @@ class Channel:
         converter's curve that is little else than straight."""
         result = []
         for (name, number), weights in self.weighted(fit):
-            effect, candidate = all_effects()[name], self.entries[name][number].candidate
-            if not (effect.bent or (effect.lasting and candidate.curved)):
+            effect, entry = all_effects()[name], self.entries[name][number]
+            if not (effect.bent or (effect.lasting and entry.candidate.curved)):
                 continue
             key = name, number, weights.tobytes()
             if key not in self._beside_curves:
-                said = candidate.columns @ weights
+                said = entry.said(weights)
                 curves = self._straight if effect.bent else self._curves
                 beyond = said - curves @ (curves.T @ said)
                 self._beside_curves[key] = float((beyond**2).sum()) / self.sigma**2
@@ -529,8 +554,11 @@ class Channel:
         return 0, 1, self.static.shape[1]
 
     def _fit(self, picks: tuple[Pick, ...], static: int) -> Fit:
-        errors, weights = self._design(picks).fit(self._terms(picks), static)
-        return Fit(picks, errors, weights[static:], weights[:static] if static else None)
+        if (picks, static) not in self._fits:
+            errors, weights = self._design(picks).fit(self._terms(picks), static)
+            beside, curve = weights[static:], weights[:static] if static else None
+            self._fits[picks, static] = Fit(picks, errors, beside, curve)
+        return self._fits[picks, static]
 
     def _design(self, picks: Sequence[Pick]) -> Design:
         return self.walking if (WALK, 0) in picks else self.design
@@ -689,12 +717,20 @@ class Channel:
         if name == WALK:
             return 0
         worth = self._worth(picks, static, name)
-        while (name, best := int(np.argmax(worth))) in refused and worth[best] > -np.inf:
-            worth[best] = -np.inf
+        best = int(np.argmax(worth))
+        if (name, best) in refused:
+            left = [-np.inf if (name, k) in refused else own for k, own in enumerate(worth)]
+            best = int(np.argmax(left))
         return best
 
     def _worth(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
         """(candidates,) of an effect: what each gains beside ``picks``, less what it costs."""
+        key = tuple(sorted(picks)), static, name
+        if key not in self._worths:
+            self._worths[key] = self._worth_beside(*key)
+        return self._worths[key]
+
+    def _worth_beside(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
         group = self.groups[name]
         gained, error = self._design(picks).gains(self._terms(picks), static, name)
         gains: Floats = gained / self.sigma**2

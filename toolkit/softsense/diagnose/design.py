@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations_with_replacement
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ Floats = NDArray[np.float64]
 Pick = tuple[str, int]
 
 BLOCKS = 12
+# So many groups of columns are kept in full for what is asked next.
+KEPT = 24
 # The residual, an offset and the static curve, which stand before all effects.
 BASE = ""
 _RIDGE = 1e-7
@@ -34,22 +37,37 @@ _ROUNDING = 1e-12
 class Entry:
     """Where a candidate's columns stand in the table: ``at``, empty for those of another table.
 
-    ``number`` in what its effect explains; where ``near`` is given, in its zoom around that;
-    ``place``: where its effect acts (``Nominal.places``), or on the codes.
+    ``columns`` (samples, p) of the candidate, which has none itself. ``number`` in what its effect
+    explains; where ``near`` is given, in its zoom around that; ``place``: where its effect acts
+    (``Nominal.places``), or on the codes.
     """
 
     at: tuple[int, ...]
     candidate: Candidate
+    columns: NDArray[np.floating]
     number: int
     near: Mapping[str, float] | None = None
     place: str = ""
     # The changed signal that it acts on, where that is not the channel's own.
     nominal: Nominal | None = None
 
+    def laid(self, at: tuple[int, ...], columns: NDArray[np.floating]) -> Entry:
+        """The same ``at`` a place in a table, whose ``columns`` these are."""
+        return Entry(at, self.candidate, columns, self.number, self.near, self.place, self.nominal)
+
+    def apart(self) -> Entry:
+        """The same in no table, which it would keep in memory."""
+        return self.laid((), self.columns.copy())
+
+    def said(self, weights: Floats) -> Floats:
+        """(samples,) of the columns with these weights, as exactly as the columns are."""
+        said = self.columns @ weights.astype(self.columns.dtype)
+        return said.astype(np.float64)
+
     @property
     def width(self) -> int:
         """How many columns."""
-        width: int = self.candidate.columns.shape[1]
+        width: int = self.columns.shape[1]
         return width
 
 
@@ -104,38 +122,40 @@ class Design:
 
     def __init__(
         self,
-        base: Sequence[Floats],
-        effects: Mapping[str, Sequence[Floats]] | None = None,
+        base: Floats,
+        effects: Mapping[str, NDArray[np.floating]] | None = None,
         groups: Mapping[str, Group] | None = None,
         gain: float | None = None,
         together: int = 1,
     ) -> None:
-        """``base``: columns (samples,), first the residual, and then those of each of ``effects``;
-        a column's number counts through. ``groups``: the effects' candidates. ``gain``: of a walk,
-        whose innovations all are. ``together``: so many samples make one where candidates are
-        chosen."""
-        parts = {BASE: base, **(effects or {})}
-        self._columns = [column for part in parts.values() for column in part]
+        """``base``: columns, each a row (…, samples), first the residual, and then those of each of
+        ``effects``; a column's number counts through. ``groups``: the effects' candidates.
+        ``gain``: of a walk, whose innovations all are. ``together``: so many samples make one where
+        candidates are chosen."""
+        parts: dict[str, NDArray[np.floating]] = {BASE: base, **(effects or {})}
+        parts = {name: np.ascontiguousarray(part) for name, part in parts.items()}
+        self._parts = parts
+        self._columns = [(part, k) for part in parts.values() for k in range(len(part))]
         self._groups, self._gain, self._together = groups or {}, gain, together
         ends = np.cumsum([len(part) for part in parts.values()])
         begins = [0, *ends[:-1]]
         self._spans = dict(zip(parts, map(slice, begins, ends), strict=True))
-        self.samples = len(base[0])
+        self.samples = base.shape[1]
         self.chosen_by = -(-self.samples // together)
-        # Memory that is never written takes no room.
-        self._rows = np.empty((ends[-1], self.chosen_by))
+        # Memory that is never written takes no room. To choose, half the digits are enough.
+        self._rows = np.empty((ends[-1], self.chosen_by), dtype=np.float32)
         self._total = np.empty((ends[-1], ends[-1]))
         self._scale = np.empty(ends[-1])
         self._laid: set[str] = set()
         self._multiplied: set[tuple[str, str]] = set()
         self._ready: set[tuple[str, ...]] = set()
+        self._wholes: dict[tuple[int, ...], Floats] = {}
         self._tiles: dict[tuple[tuple[int, ...], tuple[int, ...]], Floats] = {}
         self._grams: dict[tuple[tuple[int, ...], ...], Floats] = {}
         self._base = tuple(range(len(base)))
         # The residual stands first, and the offset before the curve, which includes it.
         self._static = {0: [], 1: [1], len(base) - 2: list(range(2, len(base)))}
         self._lay(BASE)
-        self._base_rows = self._whole(self._base)
 
     def _lay(self, name: str) -> None:
         """Write the rows of an effect: of size 1 from here on; the residual keeps its own."""
@@ -143,20 +163,30 @@ class Design:
             return
         self._laid.add(name)
         span = self._spans[name]
-        for number in range(span.start, span.stop):
-            row, keeps = self._rows[number], number == 0
-            self._scale[number] = _laid(self._column(number), self._together, row, keeps)
-
-    def _column(self, number: int) -> Floats:
-        """(samples,) a column, or its innovations."""
-        column = self._columns[number]
-        return column if self._gain is None else innovations(column[:, None], self._gain)[:, 0]
+        rows = self._unforeseen(self._parts[name])
+        for row, number in zip(rows, range(span.start, span.stop), strict=True):
+            keeps = number == 0
+            self._scale[number] = _laid(row, self._together, self._rows[number], keeps)
 
     def _whole(self, columns: tuple[int, ...]) -> Floats:
-        """(n, samples) of the columns, each of its own size."""
-        if len(columns) == 1:
-            return np.ascontiguousarray(self._column(columns[0]))[None]
-        return np.stack([self._column(number) for number in columns])
+        """(n, samples) of the columns, or their innovations, each of its own size."""
+        if columns in self._wholes:
+            # What was asked longest ago is the first to go.
+            self._wholes[columns] = self._wholes.pop(columns)
+            return self._wholes[columns]
+        if len(self._wholes) >= KEPT:
+            del self._wholes[next(iter(self._wholes))]
+        part, first = self._columns[columns[0]]
+        if columns == tuple(range(columns[0], columns[0] + len(columns))):
+            rows = part[first : first + len(columns)]
+        else:
+            rows = np.stack([part[self._columns[number][1]] for number in columns])
+        self._wholes[columns] = self._unforeseen(rows.astype(np.float64))
+        return self._wholes[columns]
+
+    def _unforeseen(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """(n, samples) as they are, or beside a walk what their past does not foresee."""
+        return rows if self._gain is None else innovations(rows.T, self._gain).T
 
     def _multiply(self, first: str, second: str) -> None:
         """See to it that the products of two effects' columns are there.
@@ -179,8 +209,7 @@ class Design:
     def _per_block(self, first: tuple[int, ...], second: tuple[int, ...]) -> Floats:
         """(blocks, n, m) products of the columns ``first`` with ``second``."""
         if (first, second) not in self._tiles:
-            one = self._base_rows if first == self._base else self._whole(first)
-            other = one if second == first else self._whole(second)
+            one, other = self._whole(first), self._whole(second)
             sizes = self._scale[list(first), None] * self._scale[list(second)]
             self._tiles[first, second] = _block_products(one, other, BLOCKS) / sizes
         return self._tiles[first, second]
@@ -259,41 +288,42 @@ class Design:
 
 
 @compiled
-def _laid(column: Floats, together: int, row: Floats, keeps: bool) -> float:
+def _laid(column: Floats, together: int, row: NDArray[np.float32], keeps: bool) -> float:
     """Write a column of size 1, or as it is where it ``keeps`` it, into ``row``; its size.
 
     So many samples are one ``together``: of what hardly moves in between that keeps the inner
     products, and of white noise the size.
     """
-    square = 0.0
-    for value in column:
-        square += value * value
-    size = 1.0 if keeps else np.sqrt(square / len(column)) + 1e-12
-    for k in range(len(row)):
-        begin, end = k * together, min((k + 1) * together, len(column))
+    size = 1.0 if keeps else np.sqrt(np.dot(column, column) / len(column)) + 1e-12
+    whole = len(column) // together
+    share = 1.0 / (size * np.sqrt(together))
+    for k in range(whole):
         total = 0.0
-        for j in range(begin, end):
+        for j in range(k * together, (k + 1) * together):
             total += column[j]
-        row[k] = total / (size * np.sqrt(end - begin))
+        row[k] = share * total
+    if whole < len(row):
+        rest = column[whole * together :]
+        row[whole] = rest.sum() / (size * np.sqrt(len(rest)))
     return size
 
 
-@compiled
 def _block_products(one: Floats, other: Floats, blocks: int) -> Floats:
     """(blocks, n, m) products of the rows of ``one`` with those of ``other``."""
     result = np.empty((blocks, len(one), len(other)))
     size, more = divmod(one.shape[1], blocks)
     for b in range(blocks):
         begin, end = b * size + min(b, more), (b + 1) * size + min(b + 1, more)
-        for i in range(len(one)):
-            for j in range(len(other)):
-                result[b, i, j] = np.dot(one[i, begin:end], other[j, begin:end])
+        np.dot(one[:, begin:end], other[:, begin:end].T, out=result[b])
     return result
 
 
 @compiled
 def _own_products(
-    rows: Floats, columns: NDArray[np.intp], begins: NDArray[np.intp], total: Floats
+    rows: NDArray[np.float32],
+    columns: NDArray[np.intp],
+    begins: NDArray[np.intp],
+    total: Floats,
 ) -> None:
     """Write the products of each entry's ``rows`` with each other into ``total``."""
     for e in range(len(begins) - 1):
@@ -305,29 +335,31 @@ def _own_products(
 
 @compiled
 def _factor(gram: Floats) -> Floats:
-    """The lower triangle whose product with its transpose is ``gram`` (n, n)."""
-    root = np.zeros_like(gram)
-    for i in range(len(gram)):
-        for j in range(i + 1):
-            product = gram[i, j]
-            for k in range(j):
-                product -= root[i, k] * root[j, k]
-            if i == j:
-                # Rounding may leave less than nothing of columns that are nearly one.
-                root[i, i] = np.sqrt(max(product, _ROUNDING * gram[i, i]))
-            else:
-                root[i, j] = product / root[j, j]
+    """The upper triangle whose transpose times itself is ``gram`` (n, n).
+
+    Row by row, so that the innermost loops run along memory.
+    """
+    root = gram.copy()
+    for k in range(len(gram)):
+        # Rounding may leave less than nothing of columns that are nearly one.
+        root[k, k] = np.sqrt(max(root[k, k], _ROUNDING * gram[k, k]))
+        for i in range(k + 1, len(gram)):
+            root[k, i] /= root[k, k]
+        for j in range(k + 1, len(gram)):
+            part = root[k, j]
+            for i in range(j, len(gram)):
+                root[j, i] -= part * root[k, i]
     return root
 
 
 @compiled
 def _forward(root: Floats, side: Floats) -> Floats:
-    """(n,) whose product with the lower triangle ``root`` is ``side``."""
+    """(n,) whose product with the transpose of the upper triangle ``root`` is ``side``."""
     said = side.copy()
-    for i in range(len(side)):
-        for j in range(i):
-            said[i] -= root[i, j] * said[j]
-        said[i] /= root[i, i]
+    for k in range(len(side)):
+        said[k] /= root[k, k]
+        for i in range(k + 1, len(side)):
+            said[i] -= root[k, i] * said[k]
     return said
 
 
@@ -338,10 +370,10 @@ def _unseen(
     """Squared errors (blocks,) on each block of a fit on all others, and the weights of all.
 
     Of the columns ``at`` the first are free, with a ``ridge`` each, and the others' sum, signed by
-    ``signs``, is what is fitted.
+    ``signs``, is what is fitted. All blocks are one innermost loop.
     """
     blocks, free = len(grams), len(ridge)
-    gram, side = np.zeros((blocks + 1, free, free)), np.zeros((blocks + 1, free))
+    gram, side = np.zeros((free, free, blocks)), np.zeros((free, blocks))
     errors = np.zeros(blocks)
     for b in range(blocks):
         block = grams[b]
@@ -349,33 +381,63 @@ def _unseen(
             for j in range(len(signs)):
                 errors[b] += signs[i] * signs[j] * block[at[free + i], at[free + j]]
         for i in range(free):
-            for j in range(free):
-                gram[b, i, j] = block[at[i], at[j]]
+            row = block[at[i]]
+            for j in range(i, free):
+                gram[i, j, b] = row[at[j]]
             for j in range(len(signs)):
-                side[b, i] += block[at[i], at[free + j]] * signs[j]
-        gram[blocks] += gram[b]
-        side[blocks] += side[b]
+                side[i, b] += row[at[free + j]] * signs[j]
+    # The fits without one block each, and at last the one of all.
+    root, weights = np.empty((free, free, blocks + 1)), np.empty((free, blocks + 1))
     for i in range(free):
-        gram[blocks, i, i] += ridge[i]
-    for b in range(blocks):
-        weights = _solved(gram[blocks] - gram[b], side[blocks] - side[b])
-        for i in range(free):
-            errors[b] -= 2.0 * weights[i] * side[b, i]
-            for j in range(free):
-                errors[b] += weights[i] * gram[b, i, j] * weights[j]
-    return errors, _solved(gram[blocks], side[blocks])
+        weights[i, blocks] = side[i].sum()
+        weights[i, :blocks] = weights[i, blocks] - side[i]
+        for j in range(i, free):
+            root[i, j, blocks] = gram[i, j].sum() + (ridge[i] if i == j else 0.0)
+            root[i, j, :blocks] = root[i, j, blocks] - gram[i, j]
+    _solve_each(root, weights)
+    for i in range(free):
+        part = np.zeros(blocks)
+        for j in range(i + 1, free):
+            for b in range(blocks):
+                part[b] += gram[i, j, b] * weights[j, b]
+        for b in range(blocks):
+            own = gram[i, i, b] * weights[i, b] + 2.0 * (part[b] - side[i, b])
+            errors[b] += weights[i, b] * own
+    return errors, weights[:, blocks].copy()
 
 
 @compiled
-def _solved(gram: Floats, side: Floats) -> Floats:
-    """Weights (n,) whose product with ``gram`` is ``side``."""
-    root = _factor(gram)
-    weights: Floats = _forward(root, side)
-    for i in range(len(side) - 1, -1, -1):
-        for j in range(i + 1, len(side)):
-            weights[i] -= root[j, i] * weights[j]
-        weights[i] /= root[i, i]
-    return weights
+def _solve_each(root: Floats, weights: Floats) -> None:
+    """Turn ``weights`` (n, systems), the right sides, into what solves the symmetric systems, whose
+    upper halves ``root`` (n, n, systems) has, and write their triangles into it."""
+    free, systems = weights.shape
+    for k in range(free):
+        for s in range(systems):
+            own = root[k, k, s]
+            for j in range(k):
+                own -= root[j, k, s] ** 2
+            # Rounding may leave less than nothing of columns that are nearly one.
+            root[k, k, s] = np.sqrt(max(own, _ROUNDING * root[k, k, s]))
+        for i in range(k + 1, free):
+            row = root[k, i]
+            for j in range(k):
+                one, other = root[j, k], root[j, i]
+                for s in range(systems):
+                    row[s] -= one[s] * other[s]
+            for s in range(systems):
+                row[s] /= root[k, k, s]
+    for k in range(free):
+        for j in range(k):
+            for s in range(systems):
+                weights[k, s] -= root[j, k, s] * weights[j, s]
+        for s in range(systems):
+            weights[k, s] /= root[k, k, s]
+    for k in range(free - 1, -1, -1):
+        for j in range(k + 1, free):
+            for s in range(systems):
+                weights[k, s] -= root[k, j, s] * weights[j, s]
+        for s in range(systems):
+            weights[k, s] /= root[k, k, s]
 
 
 @compiled
@@ -410,29 +472,44 @@ def _each_gain(
     said = _forward(root, side)
     error -= (said**2).sum()
     # What the fit says of each column is taken off.
-    above, rest = np.empty((len(columns), free)), np.zeros(len(columns))
-    for c in range(len(columns)):
-        for j in range(len(signs)):
-            rest[c] += total[index[free + j], columns[c]] * signs[j]
-        for i in range(free):
-            part = total[index[i], columns[c]]
-            for k in range(i):
-                part -= root[i, k] * above[c, k]
-            above[c, i] = part / root[i, i]
-            rest[c] -= above[c, i] * said[i]
+    above, rest, squares = (
+        np.empty((free, len(columns))),
+        np.zeros(len(columns)),
+        np.zeros(len(columns)),
+    )
+    for j in range(len(signs)):
+        row = total[index[free + j]]
+        for c in range(len(columns)):
+            rest[c] += row[columns[c]] * signs[j]
+    for i in range(free):
+        row, one = total[index[i]], above[i]
+        for c in range(len(columns)):
+            one[c] = row[columns[c]]
+        for k in range(i):
+            part, other = root[k, i], above[k]
+            for c in range(len(columns)):
+                one[c] -= part * other[c]
+        for c in range(len(columns)):
+            one[c] /= root[i, i]
+            rest[c] -= one[c] * said[i]
+            squares[c] += one[c] ** 2
     result = np.empty(len(begins) - 1)
     for e in range(len(result)):
         first, width = begins[e], begins[e + 1] - begins[e]
+        # Rounding may leave less than nothing of what a fit says wholly.
+        own = max(total[columns[first], columns[first]] - squares[first], 0.0)
         if sizes[e] > 0.0:
-            square = total[columns[first], columns[first]] - (above[first] ** 2).sum()
-            result[e] = 2.0 * rest[first] * sizes[e] - square * sizes[e] ** 2
+            result[e] = 2.0 * rest[first] * sizes[e] - own * sizes[e] ** 2
+            continue
+        if width == 1:
+            result[e] = rest[first] ** 2 / (own + more)
             continue
         inner = np.empty((width, width))
         for i in range(width):
-            for j in range(width):
+            for j in range(i, width):
                 product = total[columns[first + i], columns[first + j]]
                 for k in range(free):
-                    product -= above[first + i, k] * above[first + j, k]
-                inner[i, j] = product + more if i == j else product
+                    product -= above[k, first + i] * above[k, first + j]
+                inner[i, j] = max(product, 0.0) + more if i == j else product
         result[e] = (_forward(_factor(inner), rest[first : first + width]) ** 2).sum()
     return result, error

@@ -172,7 +172,7 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
         columns = tuple(range(1, table.shape[1]))
         term = Term("history", columns, stiff=channel.sigma**2)
-        errors, _ = Design([table[:, -1]], {"history": list(table[:, :-1].T)}).fit([term])
+        errors, _ = Design(table[:, -1:].T, {"history": table[:, :-1].T}).fit([term])
         noise = len(walk) * channel.sigma**2
         told = float((table[:, -1] ** 2).sum() - errors.sum())
         if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:
