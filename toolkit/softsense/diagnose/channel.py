@@ -98,8 +98,8 @@ SERIAL = frozenset({MOTION, ELECTRICAL})
 SEARCHED = 16_000
 # So many times longer ones are looked at less closely: at the full rate each filter takes its time.
 LONG = 10
-# What an effect says of the gap alone, to be looked at more closely for itself.
-SAYS = 0.03
+# What an effect alone says of what no effect says, to be looked at more closely for itself.
+SAYS = 0.25
 
 
 # The columns of a candidate that an entry has laid out.
@@ -262,6 +262,7 @@ class Channel:
         self._fits: dict[tuple[tuple[Pick, ...], int], Fit] = {}
         self._prices: dict[int, tuple[Fit, float]] = {}
         self._worths: dict[tuple[tuple[Pick, ...], int, str], Floats] = {}
+        self._whole: dict[Pick, Floats] = {}
         self._best: dict[frozenset[str], Fit] = {}
         self._by_fewer: dict[int, bool] = {}
         self._beside_curves: dict[Hashable, float] = {}
@@ -288,7 +289,7 @@ class Channel:
             if alone < WORTH * self.excess:
                 narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
                 found[name] += self._elsewhere(self.nominal, name, entries if narrow else kept)
-            says = name in beside or alone < (1.0 - SAYS) * self.excess
+            says = name in beside or alone < (1.0 - SAYS) * self.left(self.best(frozenset()))
             if effect.zoom and (says or not self.long):
                 for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
                     found[name] += self._offered(self.nominal, name, dict(near))
@@ -453,8 +454,11 @@ class Channel:
         entry = self.entries[pick[0]][pick[1]]
         if self._thin.step == 1:
             return entry.columns.astype(np.float64)
-        nominal = entry.nominal or self.nominal
-        return explained(nominal, pick[0], entry.number, entry.near, entry.place).columns
+        if pick not in self._whole:
+            nominal = entry.nominal or self.nominal
+            source = entry.number, entry.near, entry.place
+            self._whole[pick] = explained(nominal, pick[0], *source).columns
+        return self._whole[pick]
 
     def left(self, fit: Fit) -> float:
         """Error on unseen time over the noise variance, beyond the noise itself."""

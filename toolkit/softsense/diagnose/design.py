@@ -31,6 +31,8 @@ KEPT = 24
 BASE = ""
 _RIDGE = 1e-7
 _ROUNDING = 1e-12
+# The same of products of numbers of single precision.
+_DIGITS = 3e-6
 
 
 @dataclass(frozen=True)
@@ -280,9 +282,9 @@ class Design:
         # What a fixed candidate's column is scaled by, and 0 for the free ones.
         sizes = np.where(group.fixed, self._scale[group.columns[group.begins[:-1]]], 0.0)
         index, signs, ridge = self._index(terms, static)
-        more = 10.0 * _RIDGE * self.samples
+        more, least = 10.0 * _RIDGE * self.samples, _DIGITS * self.chosen_by
         result: tuple[Floats, float] = _each_gain(
-            self._total, index, signs, ridge, group.columns, group.begins, sizes, more
+            self._total, index, signs, ridge, group.columns, group.begins, sizes, more, least
         )
         return result
 
@@ -334,15 +336,15 @@ def _own_products(
 
 
 @compiled
-def _factor(gram: Floats) -> Floats:
+def _factor(gram: Floats, least: float) -> Floats:
     """The upper triangle whose transpose times itself is ``gram`` (n, n).
 
-    Row by row, so that the innermost loops run along memory.
+    A column of which those before it leave less than ``least`` is left out. Row by row, so that the
+    innermost loops run along memory.
     """
     root = gram.copy()
     for k in range(len(gram)):
-        # Rounding may leave less than nothing of columns that are nearly one.
-        root[k, k] = np.sqrt(max(root[k, k], _ROUNDING * gram[k, k]))
+        root[k, k] = np.sqrt(root[k, k]) if root[k, k] > least else np.inf
         for i in range(k + 1, len(gram)):
             root[k, i] /= root[k, k]
         for j in range(k + 1, len(gram)):
@@ -450,12 +452,14 @@ def _each_gain(
     begins: NDArray[np.intp],
     sizes: Floats,
     more: float,
+    least: float,
 ) -> tuple[Floats, float]:
     """(entries,) squares that each entry's columns explain beside a fit; and what the fit leaves.
 
     Of the columns ``index`` the first are free, with a ``ridge`` each, and the others' sum, signed
     by ``signs``, is what is fitted. Entry ``e`` has the columns ``begins[e]`` … ``begins[e + 1]``
     of ``columns``, with the ridge ``more``, or where ``sizes`` has one is fixed at that size.
+    ``least``: what is less of a column is rounding.
     """
     free = len(ridge)
     gram, side, error = np.empty((free, free)), np.zeros(free), 0.0
@@ -468,7 +472,7 @@ def _each_gain(
         gram[i, i] += ridge[i]
         for j in range(len(signs)):
             side[i] += total[index[i], index[free + j]] * signs[j]
-    root = _factor(gram)
+    root = _factor(gram, least)
     said = _forward(root, side)
     error -= (said**2).sum()
     # What the fit says of each column is taken off.
@@ -496,13 +500,12 @@ def _each_gain(
     result = np.empty(len(begins) - 1)
     for e in range(len(result)):
         first, width = begins[e], begins[e + 1] - begins[e]
-        # Rounding may leave less than nothing of what a fit says wholly.
         own = max(total[columns[first], columns[first]] - squares[first], 0.0)
         if sizes[e] > 0.0:
             result[e] = 2.0 * rest[first] * sizes[e] - own * sizes[e] ** 2
             continue
         if width == 1:
-            result[e] = rest[first] ** 2 / (own + more)
+            result[e] = rest[first] ** 2 / (own + more) if own + more > least else 0.0
             continue
         inner = np.empty((width, width))
         for i in range(width):
@@ -510,6 +513,7 @@ def _each_gain(
                 product = total[columns[first + i], columns[first + j]]
                 for k in range(free):
                     product -= above[k, first + i] * above[k, first + j]
-                inner[i, j] = max(product, 0.0) + more if i == j else product
-        result[e] = (_forward(_factor(inner), rest[first : first + width]) ** 2).sum()
+                inner[i, j] = product + more if i == j else product
+        root = _factor(inner, least)
+        result[e] = (_forward(root, rest[first : first + width]) ** 2).sum()
     return result, error

@@ -184,7 +184,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
     channels = _channels(smooth, motion, quiet, own, missed, reference, sim.adc_bits, known)
     models, jerky = vetted(channels, search(channels, known), motion)
-    left = residual - _said(channels, models[0])
+    left = residual - said(channels, models[0])
     found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
@@ -195,7 +195,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         # Spikes and lines had been taken for noise, or too much for a line.
         channels = _channels(smooth, motion, better, own, missed, reference, sim.adc_bits, known)
         models, jerky = vetted(channels, search(channels, known), motion)
-        left = residual - _said(channels, models[0])
+        left = residual - said(channels, models[0])
     if again or tones:
         found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse, tones)
     nameless = any(finding.name in without for finding in found)
@@ -402,9 +402,10 @@ def _noise(nominal: Nominal, level: float, own: float) -> float:
     return float(min(level, np.sqrt(np.interp(nominal.u, codes, square).mean())))
 
 
-def _said(channels: Sequence[Channel], best: Model) -> Floats:
+def said(channels: Sequence[Channel], best: Model) -> Floats:
     """(samples, channels) codes that the model adds."""
-    return np.stack([c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1)
+    both = list(zip(channels, best.fits, strict=True))
+    return np.stack(all_at_once(lambda one: one[0].predicted(one[1]), both), axis=1)
 
 
 def _found(

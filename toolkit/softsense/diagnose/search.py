@@ -24,6 +24,7 @@ Names = frozenset[str]
 BEAM = 5
 SHORT_BEAM = 2
 ZOOMED = 6
+ZOOMED_OF_LONG = 1
 COMPOSED = 8
 COMPOSED_WALKS = 3
 # Pairs and triples whose candidates are chosen again, each form in its turn.
@@ -162,8 +163,10 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     coarse = _models(channels, known)
     if not coarse[0].names:
         return coarse
-    together = [made for made in coarse if len(made.names) == 2][:ZOOMED]
-    together += [made for made in coarse if len(made.names) == 3][:ZOOMED]
+    most = ZOOMED_OF_LONG if channels[0].long else ZOOMED
+    together = [made for made in coarse if len(made.names) == 2][:most]
+    together += [made for made in coarse if len(made.names) == 3][:most]
+    together = [m for m in together if _least(channels, len(m.names)) < coarse[0].price]
     beside = {name for made in together for name in made.names}
     near = [made for made in coarse if len(made.names) == 1] + together
 

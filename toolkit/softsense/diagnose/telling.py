@@ -98,9 +98,7 @@ def tell(
     sigma = np.array([c.sigma for c in channels])
     # The simulated codes carry noise of their own, which the comparison of recordings includes.
     floor = float(np.sqrt(np.mean(sigma**2 + np.minimum(sigma_sim, sigma) ** 2)))
-    change = np.stack(
-        [c.predicted(fit) for c, fit in zip(channels, best.fits, strict=True)], axis=1
-    )
+    change = engine.said(channels, best)
     # Jumps and bumps have sharp edges, which look like spikes, and in a walk like noise; and of
     # what nobody knows some may look like tones.
     kinds = {finding.name for finding in found}

@@ -66,6 +66,8 @@ TAIL_STAYS = 0.2
 SPIKE_FADES = 0.95
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
+# So much of a long recording says how large a tone is beside the noise.
+STRETCH = 32_768
 TONES_S = (20.0, 7.0, 2.5)
 TONE_PERIODS = 4.0
 TONE_PRICE = 24.0
@@ -545,7 +547,7 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
     """
     if np.std(left) < 1.0 or 0.5 / dt_s <= slowest:
         return None
-    window = np.hanning(len(left))
+    window, some = np.hanning(len(left)), left[:STRETCH]
     power, frequency, floor = _spectrum(left, dt_s, slowest)
     # The largest of n exponential values is about log n: ask for far more than that, and for a
     # tone that is not lost in the noise beside it.
@@ -555,8 +557,8 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
         if moving is None:
             return None
         hertz = float(np.median(moving))
-        rest = _toneless(left, hertz, dt_s)
-        tone = float(np.var(left) - np.var(rest))
+        rest = _toneless(some, hertz, dt_s)
+        tone = float(np.var(some) - np.var(rest))
     else:
         around = slice(max(peak - 3, 0), peak + 4)
         tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
@@ -566,7 +568,7 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
         bend = below - 2.0 * top + above
         part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
         hertz = float(frequency[peak] + part / (len(left) * dt_s))
-        rest = _toneless(left, hertz, dt_s)
+        rest = _toneless(some, hertz, dt_s)
     noise = float(noise_rms(rest[:, None])[0]) ** 2
     return hertz if tone > least * noise else None
 

@@ -22,7 +22,7 @@ import importlib
 import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache, cached_property
+from functools import cache
 from typing import Any, Literal
 
 import numpy as np
@@ -315,10 +315,14 @@ class Candidate:
     positive: bool = False
     moved: Callable[[], Floats] | None = None
 
-    @cached_property
+    @property
     def columns(self) -> Floats:
         """(samples, p) what the weights belong to."""
-        return self.made() if callable(self.made) else self.made
+        if callable(self.made):
+            # Made once. A cached property of Python 3.11 would let only one thread at a time do so.
+            object.__setattr__(self, "made", self.made())
+        assert not callable(self.made)
+        return self.made
 
     def through(self, slope: Floats, keep: slice, place: str) -> Candidate:
         """The same in a ``place`` of this ``slope`` (samples,), or of all samples to ``keep``."""
@@ -340,7 +344,11 @@ class Candidate:
     def leaking(self, through: float) -> Candidate:
         """The same where this part of the signal comes through unchanged."""
         values = {**self.values, "through": through}
-        less = (1.0 - through) * self.columns
+
+        def less() -> Floats:
+            columns: Floats = (1.0 - through) * self.columns
+            return columns
+
         return replace(self, made=less, values=values, form="leaking")
 
 

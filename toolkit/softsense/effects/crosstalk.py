@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -68,7 +69,10 @@ def _shares(nominal: Nominal) -> list[Candidate]:
     result = []
     keep, channels = nominal.keep, nominal.codes.shape[1]
     u = nominal.u[keep]
-    slopes = np.gradient(nominal.codes, axis=0)[keep] / nominal.dt_s
+    at, last = np.arange(len(nominal.codes))[keep], len(nominal.codes) - 1
+    ahead, behind = np.minimum(at + 1, last), np.maximum(at - 1, 0)
+    slopes = nominal.codes[ahead] - nominal.codes[behind]
+    slopes /= (ahead - behind)[:, None] * nominal.dt_s
     # What others really read would say all that channels have in common, were it not for the share.
     for whole, most in ((nominal.heard, MOST), (nominal.codes, np.inf)) if channels > 1 else ():
         codes = whole[keep]
@@ -110,22 +114,28 @@ def _filtered(
     """What of another channel comes late, through the wire's capacitance, instead of its own; and
     what comes through the capacitance between two wires, beside its own."""
     keep = nominal.keep
-    own, would, really = nominal.u[keep, None], nominal.codes[:, [other]], nominal.heard[:, [other]]
+    would, really = nominal.codes[:, other : other + 1], nominal.heard[:, other : other + 1]
 
     def slow(signal: Floats, tau_s: float) -> Floats:
         return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
 
+    def late(tau_s: float) -> Floats:
+        return slow(would, tau_s) - nominal.u[keep, None]
+
+    def fast(signal: Floats, tau_s: float) -> Floats:
+        return signal[keep] - slow(signal, tau_s)
+
     result = []
     for tau_s in wires_s:
         values = {"source": float(other), "tau_s": tau_s}
-        late = slow(would, tau_s) - own
-        result.append(Candidate(late, values, "late", largest=MOST_LATE, positive=True))
+        made = partial(late, tau_s)
+        result.append(Candidate(made, values, "late", largest=MOST_LATE, positive=True))
     for tau_s in capacitors_s:
         values = {"source": float(other), "tau_s": tau_s}
         # A tone that all hear has another phase on each: much of what others really read says it.
         for signal, most in ((really, MOST), (would, MOST_COUPLED)):
-            fast = signal[keep] - slow(signal, tau_s)
-            result.append(Candidate(fast, values, "coupled", largest=most, positive=True))
+            made = partial(fast, signal, tau_s)
+            result.append(Candidate(made, values, "coupled", largest=most, positive=True))
     return result
 
 

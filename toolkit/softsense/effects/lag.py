@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
@@ -70,57 +70,83 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
     """Circuits, exact between samples, and the smoothing that a driver does sample by sample."""
     result = []
-    for tau_s in times_s:
+    for tau_s in times_s.tolist():
         kept = float(np.exp(-nominal.dt_s / tau_s))
-        once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
-        twice = low_pass(once[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
-        digital = _smoothed(nominal.u, kept)
-        for poles, form, y in (
-            (1, "circuit", once),
-            (2, "circuit", twice),
-            (1, "digital", digital),
-            (2, "digital", _smoothed(digital, kept)),
-        ):
-            values = {"tau_s": float(tau_s), "poles": float(poles)}
-            column = (y - nominal.u)[nominal.keep, None]
-            result.append(Candidate(column.copy(), values, form, fixed=True))
+        for poles in (1, 2):
+            values = {"tau_s": tau_s, "poles": float(poles)}
+            circuits = partial(_circuits, nominal, [tau_s] * poles)
+            result.append(_trace(nominal, circuits, values, "circuit"))
+            smoothed = partial(_smoothed, nominal.u, kept, poles)
+            result.append(_trace(nominal, smoothed, values, "digital"))
     return result
+
+
+def _trace(
+    nominal: Nominal, filtered: Callable[[], Floats], values: Mapping[str, float], form: str
+) -> Candidate:
+    """The signal that is ``filtered`` less the signal itself."""
+    return Candidate(partial(_change, nominal, filtered), values, form, fixed=True)
+
+
+def _change(nominal: Nominal, filtered: Callable[[], Floats]) -> Floats:
+    change: Floats = filtered()[nominal.keep, None] - nominal.u[nominal.keep, None]
+    return change
+
+
+def _circuits(nominal: Nominal, times_s: Sequence[float]) -> Floats:
+    """(samples,) the signal through circuits in a row with these time constants."""
+    y = nominal.u[:, None]
+    for tau_s in times_s:
+        y = low_pass(y, nominal.dt_s, np.array([tau_s]), None)[0]
+    return y[:, 0]
 
 
 def _two_poles(nominal: Nominal, times_s: Floats, parts: Iterable[float]) -> list[Candidate]:
     """Two circuits in a row, the second with such a part of the first one's time constant."""
     result = []
-    for tau_s in times_s:
-        once = low_pass(nominal.u[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
+    for tau_s in times_s.tolist():
         for part in parts:
-            y = low_pass(once, nominal.dt_s, np.array([part * tau_s]), None)[0]
-            column = (y[:, 0] - nominal.u)[nominal.keep, None]
-            values = {"tau_s": float(tau_s), "poles": 2.0, "second": float(part)}
-            result.append(Candidate(column.copy(), values, "unequal", fixed=True))
+            values = {"tau_s": tau_s, "poles": 2.0, "second": float(part)}
+            circuits = partial(_circuits, nominal, [tau_s, part * tau_s])
+            result.append(_trace(nominal, circuits, values, "unequal"))
     return result
 
 
 def _lines(nominal: Nominal, times_s: Floats) -> list[Candidate]:
     """A line of many small resistors and capacitors, seen at its end or at its beginning (a finite
     Warburg element); and one whose resistor is the sensor itself, the lower or the upper one."""
-    u, result = nominal.u, []
-    low = np.clip(u / nominal.full_scale, 0.0, 1.0) + EDGE
-    middle = (nominal.low + 0.5 * nominal.span) / nominal.full_scale + EDGE
-    for tau_s in times_s:
-        end, begin = u, u.copy()
-        for number in LINE:
-            part_s = np.array([tau_s / number**2])
-            end = low_pass(end[:, None], nominal.dt_s, part_s, None)[0][:, 0]
-            slow = low_pass(u[:, None], nominal.dt_s, part_s, None)[0][:, 0]
-            begin += 8.0 / (np.pi * number) ** 2 * (slow - u)
-        own = [
-            at_own_pace(u, nominal.dt_s / (tau_s * share / usual))
-            for share, usual in ((low, middle), (TOP - low, TOP - middle))
-        ]
-        for form, y in (("line", end), ("diffusion", begin), ("own", own[0]), ("own", own[1])):
-            column = (y - u)[nominal.keep, None]
-            result.append(Candidate(column.copy(), {"tau_s": float(tau_s)}, form, fixed=True))
+    result = []
+    for tau_s in times_s.tolist():
+        for form, filtered in (
+            ("line", partial(_end_of_line, nominal, tau_s)),
+            ("diffusion", partial(_begin_of_line, nominal, tau_s)),
+            ("own", partial(_own, nominal, tau_s, False)),
+            ("own", partial(_own, nominal, tau_s, True)),
+        ):
+            result.append(_trace(nominal, filtered, {"tau_s": tau_s}, form))
     return result
+
+
+def _end_of_line(nominal: Nominal, tau_s: float) -> Floats:
+    return _circuits(nominal, [tau_s / number**2 for number in LINE])
+
+
+def _begin_of_line(nominal: Nominal, tau_s: float) -> Floats:
+    begin = nominal.u.copy()
+    for number in LINE:
+        slow = _circuits(nominal, [tau_s / number**2])
+        begin += 8.0 / (np.pi * number) ** 2 * (slow - nominal.u)
+    return begin
+
+
+def _own(nominal: Nominal, tau_s: float, upper: bool) -> Floats:
+    """(samples,) of a filter whose resistor is the sensor, the ``upper`` one of its divider."""
+    share = np.clip(nominal.u / nominal.full_scale, 0.0, 1.0) + EDGE
+    usual = (nominal.low + 0.5 * nominal.span) / nominal.full_scale + EDGE
+    if upper:
+        share, usual = TOP - share, TOP - usual
+    own: Floats = at_own_pace(nominal.u, nominal.dt_s / (tau_s * share / usual))
+    return own
 
 
 def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[Candidate]:
@@ -132,12 +158,12 @@ def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[C
 def _uneven(nominal: Nominal, times_s: Floats, falls: Iterable[float]) -> list[Candidate]:
     """One pole with a time constant on the way up and another on the way down."""
     result = []
-    for tau_s in times_s:
+    for tau_s in times_s.tolist():
         for fall in falls:
             up, down = (nominal.dt_s / (tau_s * fall**way) for way in (-0.5, 0.5))
-            column = (_one_way(nominal.u, up, down) - nominal.u)[nominal.keep, None]
-            values = {"tau_s": float(tau_s), "fall": float(fall)}
-            result.append(Candidate(column.copy(), values, "uneven", fixed=True))
+            values = {"tau_s": tau_s, "fall": float(fall)}
+            filtered = partial(_one_way, nominal.u, up, down)
+            result.append(_trace(nominal, filtered, values, "uneven"))
     return result
 
 
@@ -159,15 +185,21 @@ def _one_way(u: Floats, up: float, down: float) -> Floats:
 
 def _coupled(nominal: Nominal, times_s: Floats, dampings: Sequence[float]) -> list[Candidate]:
     """1 / (1 + 2 damping tau p + (tau p)^2): two poles of one active filter, against aliasing."""
-    u, result = nominal.u, []
-    for tau_s in times_s:
+    result = []
+    for tau_s in times_s.tolist():
         for damping in dampings:
-            top, bottom = _discrete(float(tau_s), damping, nominal.dt_s)
-            y = lfilter(top, bottom, u - u[0]) + u[0]
-            values = {"tau_s": float(tau_s), "poles": 2.0, "damping": float(damping)}
-            column = (y - u)[nominal.keep, None]
-            result.append(Candidate(column.copy(), values, "coupled", fixed=True))
+            values = {"tau_s": tau_s, "poles": 2.0, "damping": damping}
+            filtered = partial(_active, nominal, tau_s, damping)
+            result.append(_trace(nominal, filtered, values, "coupled"))
     return result
+
+
+def _active(nominal: Nominal, tau_s: float, damping: float) -> Floats:
+    """(samples,) the signal through that filter."""
+    top, bottom = _discrete(tau_s, damping, nominal.dt_s)
+    first = nominal.u[0]
+    y: Floats = lfilter(top, bottom, nominal.u - first) + first
+    return y
 
 
 @lru_cache(maxsize=4096)
@@ -178,8 +210,11 @@ def _discrete(tau_s: float, damping: float, dt_s: float) -> tuple[Floats, Floats
     return top.ravel(), bottom
 
 
-def _smoothed(u: Floats, kept: float) -> Floats:
-    y: Floats = lfilter([1.0 - kept], [1.0, -kept], u, zi=[kept * u[0]])[0]
+def _smoothed(u: Floats, kept: float, times: int) -> Floats:
+    """(samples,) ``u`` smoothed so often, each time to keep so much of the sample before."""
+    y = u
+    for _ in range(times):
+        y = lfilter([1.0 - kept], [1.0, -kept], y, zi=[kept * y[0]])[0]
     return y
 
 
