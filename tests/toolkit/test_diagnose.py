@@ -577,6 +577,20 @@ def test_drives_that_give_way_or_stick_are_backlash() -> None:
         assert result.data["after"]["shrink"] > 0.98
 
 
+@pytest.mark.parametrize("zeroed", [0.3, -1.0])
+def test_play_whose_zero_is_off_its_middle_is_backlash(zeroed: float) -> None:
+    """It begins anywhere in its play, or was zeroed while it pulled."""
+    x, codes = clean(17)
+    played = [x[0]]
+    for now in x[1:]:
+        played.append(min(max(played[-1], now - 0.02), now + 0.02))
+    moved = np.array(played) + 0.02 * zeroed
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(moved), 2))
+    assert result.effects == ("backlash",)
+    assert {trace.form for trace in result.traces} == {"off_centre"}
+    assert all(abs(trace.values["zeroed"] - zeroed) < 0.1 for trace in result.traces)
+
+
 @pytest.mark.parametrize("jumps", [False, True])
 def test_a_specimen_that_slips_in_its_clamp_is_unknown(jumps: bool) -> None:
     """It creeps, or slips now and then, where it is pulled hard: on each channel that looks like a
@@ -739,6 +753,18 @@ def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> Non
     assert jerky(20.0 * rung[: len(walk)] + rng.normal(size=len(walk)), gain)
     swung = sum(np.sin(np.arange(len(walk)) * pace) for pace in (0.013, 0.037, 0.11))
     assert jerky(20.0 * swung + rng.normal(size=len(walk)), gain)
+
+
+def test_noise_is_no_louder_beside_a_walk_that_moves_as_much() -> None:
+    rng = np.random.default_rng(6)
+    x, _ = clean(9, 8000)
+    motion = motion_of(x, 0.05, 0.0, None)
+    own = rng.normal(size=(8000, 3))
+    walk = 3.0 * np.cumsum(rng.normal(size=(8000, 3)), axis=0)
+    for louder in (1.0, 3.0):
+        left = walk + louder * rng.normal(size=(8000, 3))
+        found = findings(left, left, own, motion, explained=True, walking=(0, 1, 2))
+        assert [finding.name for finding in found] == ["noise"] * (louder > 1.0)
 
 
 def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:

@@ -7,6 +7,8 @@ import itertools
 import pkgutil
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -17,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from softsense import effects
 from softsense.diagnose import channel
 from softsense.diagnose.nominal import history_basis, motion_of, nominals, reference_of
-from softsense.effects import Context, all_effects, effect
+from softsense.effects import Candidate, Context, all_effects, effect
 from softsense.effects.operators import first_order_hold, low_pass
 from softsense.errors import SoftsenseError
 
@@ -331,6 +333,18 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
             columns = searched._entry(thin, 0, None, "").columns
             expected = full.columns[::4]
             np.testing.assert_allclose(columns, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+def test_threads_make_columns_at_the_same_time() -> None:
+    both = Barrier(2, timeout=10.0)
+
+    def made() -> np.ndarray:
+        both.wait()
+        return np.ones((3, 1))
+
+    with ThreadPoolExecutor(2) as pool:
+        columns = list(pool.map(lambda _: Candidate(made, {}).columns, range(2)))
+    assert [each.shape for each in columns] == [(3, 1)] * 2
 
 
 def test_softening_is_nil_on_the_virgin_path_and_grows_below_it() -> None:

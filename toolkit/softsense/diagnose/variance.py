@@ -185,6 +185,8 @@ def findings(
         levels[c] = level = (
             _between_lines(rest) if c in lines else float(noise_rms(rest[:, None])[0])
         )
+        if c in walking:
+            levels[c] = level = min(level, _under_walk(left[:, c]))
         along = covariates[1:] if c in bent else covariates
         if said.any():
             # What an equation leaves that is only nearly right comes with moves.
@@ -591,6 +593,13 @@ def _still(left: Floats, motion: Motion) -> float:
     speed = np.abs(np.gradient(motion.strain))[1:-2]
     level: float = np.sqrt(np.mean(third[speed <= np.quantile(speed, STILL)] ** 2))
     return level
+
+
+def _under_walk(signal: Floats) -> float:
+    """Noise of ``signal`` (samples,) beside a random walk, whose moves are independent: one after
+    the other they go against each other by what noise makes of both."""
+    moves = np.diff(signal)
+    return float(np.sqrt(max(-float(np.mean(moves[1:] * moves[:-1])), 0.0)))
 
 
 def _between_lines(signal: Floats) -> float:

@@ -20,6 +20,8 @@ REACH = 0.25
 BESIDE = (0.1, 0.2, 0.3)
 # Slack at rest, in widths of the play behind it.
 SLACK = (0.25, 0.5, 1.0)
+# To which face the drive goes at its zero, in halves of the play.
+ZEROED = (-1.0, -0.3, 0.3, 1.0)
 # How long faces that give way take.
 CLOSING_S = (0.04, 0.08, 0.15)
 # How gradually elastic ones take hold, as shares of the width.
@@ -130,6 +132,12 @@ def _behind_slack(nominal: Nominal, width: float, share: float) -> Floats:
     taut = _taut(nominal, share * width)
     played: Floats = uneven_play(taut, np.full(len(taut), width))
     return played
+
+
+def _off_centre(nominal: Nominal, width: float, zeroed: float) -> Floats:
+    """Play whose zero is not in its middle: a drive that was zeroed while it pulled, or let go."""
+    moved: Floats = _played(nominal, width) + 0.5 * zeroed * width
+    return moved
 
 
 def _beside_spring(nominal: Nominal, width: float, share: float) -> Floats:
@@ -260,6 +268,7 @@ _FORMS: dict[
     "worn_with_time": ("worn_with_time", _worn_with_time, WORN, np.geomspace(0.85, 1.18, 4)),
     "around": ("worn_around", _worn_around, CENTRES, np.geomspace(0.7, 0.95, 4)),
     "much_around": ("worn_around", _worn_much_around, CENTRES, np.geomspace(0.6, 0.9, 4)),
+    "zeroed": ("off_centre", _off_centre, ZEROED, np.geomspace(0.92, 1.09, 5)),
     "beside": ("sprung", _beside_spring, BESIDE, np.geomspace(0.95, 1.4, 5)),
     "slack": ("slack", _behind_slack, SLACK, np.geomspace(0.85, 1.18, 3)),
     "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
