@@ -760,7 +760,7 @@ def test_noise_is_no_louder_beside_a_walk_that_moves_as_much() -> None:
     x, _ = clean(9, 8000)
     motion = motion_of(x, 0.05, 0.0, None)
     own = rng.normal(size=(8000, 3))
-    walk = 3.0 * np.cumsum(rng.normal(size=(8000, 3)), axis=0)
+    walk = 8.0 * np.cumsum(rng.normal(size=(8000, 3)), axis=0)
     for louder in (1.0, 3.0):
         left = walk + louder * rng.normal(size=(8000, 3))
         found = findings(left, left, own, motion, explained=True, walking=(0, 1, 2))
