@@ -141,22 +141,20 @@ class Channel:
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self.gain = likely_gain(residual[self._thin], sigma)
-        if self.excess < self.effect_price:
-            # No effect can pay, and none is asked.
-            self._take({})
-            return
-        found: dict[str, list[Entry]] = {name: [] for name in known}
-        # Channels begin with different effects, so that what one has asked the nominal response is
-        # there when another, at work beside it, asks the same.
-        first = 4 * nominal.channel % max(len(known), 1)
-        for name in (*known[first:], *known[:first]):
-            found[name] = self._offered(nominal, name, None)
         self._unchanged: dict[Hashable, list[Entry]] = {}
         bent = np.vander(nominal.share[self._thin], static.shape[1] // 2)
         curves = np.concatenate([static[self._thin], bent], axis=1)
         self._curves: Floats = np.linalg.qr(curves)[0]
         self._straight: Floats = np.linalg.qr(bent[:, -2:])[0]
-        self.gain = self._first_gain(history[self._thin])
+        found: dict[str, list[Entry]] = {}
+        # Where no effect can pay, none is asked.
+        if self.excess >= self.effect_price:
+            found = {name: [] for name in known}
+            # Channels begin with different effects, so that they seldom wait for the same.
+            first = 4 * nominal.channel % max(len(known), 1)
+            for name in (*known[first:], *known[:first]):
+                found[name] = self._offered(nominal, name, None)
+            self.gain = self._first_gain(history[self._thin])
         self._take(found)
 
     def _offered(
@@ -251,7 +249,8 @@ class Channel:
                         alike.append(used)
                         used += 1
                     at.append(place)
-                laid = rows[at[0] : at[-1] + 1] if at[-1] - at[0] == len(at) - 1 else rows[at]
+                in_a_row = at == list(range(at[0], at[0] + len(at)))
+                laid = rows[at[0] : at[-1] + 1] if in_a_row else rows[at]
                 self.entries[name].append(entry.laid(tuple(begin + k for k in at), laid.T))
             begin += used
             columns[name] = rows[:used]
