@@ -100,8 +100,6 @@ SEARCHED = 16_000
 LONG = 10
 # What an effect alone says of what no effect says, to be looked at more closely for itself.
 SAYS = 0.25
-
-
 # The columns of a candidate that an entry has laid out.
 NOTHING: Floats = np.zeros((0, 0))
 

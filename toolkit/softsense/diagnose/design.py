@@ -30,8 +30,8 @@ KEPT = 24
 # The residual, an offset and the static curve, which stand before all effects.
 BASE = ""
 _RIDGE = 1e-7
+# What is less of a column's square is rounding: of products of double, and of single precision.
 _ROUNDING = 1e-12
-# The same of products of numbers of single precision.
 _DIGITS = 3e-6
 
 

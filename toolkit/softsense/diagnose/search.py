@@ -166,7 +166,7 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     most = ZOOMED_OF_LONG if channels[0].long else ZOOMED
     together = [made for made in coarse if len(made.names) == 2][:most]
     together += [made for made in coarse if len(made.names) == 3][:most]
-    together = [m for m in together if _least(channels, len(m.names)) < coarse[0].price]
+    together = _may_pay(channels, together, coarse[0].price)
     beside = {name for made in together for name in made.names}
     near = [made for made in coarse if len(made.names) == 1] + together
 
@@ -210,7 +210,7 @@ def _chosen_again(channels: Sequence[Channel], models: list[Model]) -> list[Mode
     named = [made for made in models if WALK not in made.names]
     several = [made for made in named if len(made.names) == 2][:CHOSEN_AGAIN]
     several += [made for made in named if len(made.names) == 3][:SHORT_BEAM]
-    several = [m for m in several if _least(channels, len(m.names)) < models[0].price]
+    several = _may_pay(channels, several, models[0].price)
 
     def again(number: int) -> list[Fit]:
         return [channels[number].chosen_again(made.fits[number]) for made in several]
@@ -233,6 +233,11 @@ def _left(channels: Sequence[Channel], made: Model) -> float:
     return sum(c.left(fit) for c, fit in zip(channels, made.fits, strict=True))
 
 
+def _may_pay(channels: Sequence[Channel], several: Sequence[Model], price: float) -> list[Model]:
+    """Those of ``several`` that would cost less than ``price`` if they left just the noise."""
+    return [made for made in several if _least(channels, len(made.names)) < price]
+
+
 def _least(channels: Sequence[Channel], count: int) -> float:
     """What so many effects cost at least, where they leave just the noise."""
     price = count * NAME_PRICE * channels[0].samples * min(c.guard for c in channels)
@@ -249,7 +254,7 @@ def _composed(
 ) -> list[tuple[Model, Model]]:
     """Those of ``several`` that may come below ``price`` where every stage acts on what the stages
     before have done, and what they become."""
-    several = [made for made in several if _least(channels, len(made.names)) < price]
+    several = _may_pay(channels, several, price)
 
     def compose(number: int) -> list[Fit]:
         return [channels[number].composed(made.fits[number], made.names) for made in several]

@@ -64,10 +64,10 @@ TAIL_TURN = 3
 TAIL_STAYS = 0.2
 # And fades by so much from sample to sample at least.
 SPIKE_FADES = 0.95
-# Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
-# for each time that they change. What does so within a few periods is no tone.
 # So much of a long recording says how large a tone is beside the noise.
 STRETCH = 32_768
+# Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
+# for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5)
 TONE_PERIODS = 4.0
 TONE_PRICE = 24.0

@@ -344,12 +344,8 @@ class Candidate:
     def leaking(self, through: float) -> Candidate:
         """The same where this part of the signal comes through unchanged."""
         values = {**self.values, "through": through}
-
-        def less() -> Floats:
-            columns: Floats = (1.0 - through) * self.columns
-            return columns
-
-        return replace(self, made=less, values=values, form="leaking")
+        less = 1.0 - through
+        return replace(self, made=lambda: less * self.columns, values=values, form="leaking")
 
 
 Explain = Callable[[Nominal], list[Candidate]]

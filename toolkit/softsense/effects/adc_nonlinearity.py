@@ -16,10 +16,10 @@ BITS = range(4, 12)
 # The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
 MARGIN = 0.05
 LARGEST = 0.15
-# What is read where a code is lost, and the noise before the converter, in codes.
 # Codes of the coarse steps of a converter of two stages, and how many of their edges must be met.
 COARSE = (64.0, 128.0, 256.0)
 STEPPED = 3
+# What is read where a code is lost, and the noise before the converter, in codes.
 READ = ("below", "nearest", "above")
 NOISES = (0.5, 1.0, 2.0, 4.0, 8.0)
 # Beyond so many times the noise there is none.
