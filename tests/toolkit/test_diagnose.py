@@ -252,6 +252,29 @@ def test_one_circuit_follows_the_other() -> None:
         assert low <= 0.4 <= high
 
 
+def test_a_fast_circuit_is_not_the_materials_fastest_part() -> None:
+    x, codes = clean(52)
+    paced = codes + sum(0.05 * (filtered(codes, tau_s) - codes) for tau_s in (2.0, 8.0, 30.0))
+    made = np.concatenate([filtered(paced[:, :3], 0.2), paced[:, 3:]], axis=1)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == {"lag": ["s1", "s2", "s3"], "relaxation": ["s1", "s2", "s3", "s4"]}
+
+
+def test_unequal_capacitors_are_neither_noise_nor_unknown() -> None:
+    """Their small bits are wrong too, and beside a drift they are met at other codes."""
+    x, codes = clean(53)
+    wrong = np.random.default_rng(3).normal(size=12) * np.sqrt(2.0 ** np.arange(12))
+    slow = 40.0 * (1.0 - np.exp(-np.arange(len(x)) / RATE_HZ / 150.0))
+    for drift, names in ((0.0 * slow, set()), (slow, {"drift"})):
+        met = recorded(x, codes + drift[:, None], 2)
+        converted = met.codes + (met.codes[..., None] >> np.arange(12) & 1) @ wrong
+        real = replace(met, codes=np.clip(np.rint(converted), 0, 4095).astype(np.int32))
+        result = diagnose(recorded(x, codes, 1), real)
+        assert set(result.effects) == {"adc_nonlinearity"} | names
+        assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_a_supply_that_all_channels_pull_down_is_crosstalk() -> None:
     x, codes = clean(11)
     sagging = codes * (1.0 - 0.08 * codes.mean(axis=1, keepdims=True) / 4095.0)

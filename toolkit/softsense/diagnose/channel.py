@@ -392,11 +392,19 @@ class Channel:
         trial = self._upon_each_other(ordered, fit)
         picks = {name: 0 for name, _ in ordered}
         static = 0 if fit.static is None else len(fit.static)
-        for name in picks:
-            if len(trial.entries.get(name, ())) > 1:
+        several = [name for name in picks if len(trial.entries.get(name, ())) > 1]
+        refused: set[Pick] = set()
+        for _ in range(REFUSED):
+            for name in several:
                 rest = [(n, k) for n, k in picks.items() if n != name]
-                picks[name] = trial._choose(rest, static, name)
-        best = trial.fit(picks.items())
+                picks[name] = trial._choose(rest, static, name, refused)
+            best = trial.fit(picks.items())
+            beyond = trial._beyond(best)
+            if not beyond:
+                break
+            # Those weights are not as physics has them: the next best.
+            refused |= {pick for pick in best.picks if pick[0] in beyond}
+            several = beyond
         return replace(best, picks=self._own(trial, best.picks))
 
     def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit) -> Channel:
@@ -703,7 +711,8 @@ class Channel:
             alone = float(sizes.max()) > ALONE * float(sizes.sum())
             most = min(candidate.largest, candidate.alone if alone else np.inf)
             below = candidate.positive and float(weights.min()) < 0.0
-            if below or float(sizes.max()) > most:
+            quick = float(weights[: candidate.quick].sum()) > candidate.alone
+            if below or quick or float(sizes.max()) > most:
                 result.append(pick[0])
         return result
 

@@ -299,8 +299,9 @@ class Candidate:
     columns were made with. ``curved``: the columns hold a curve besides, of the signal or of time,
     which other effects could be behind. ``pliable``: it follows whatever is near, also where the
     effect is an exact equation. ``largest``: weights beyond it are not physical, nor those beyond
-    ``alone`` where the others are next to nothing; ``positive``: nor those below 0. ``moved()``:
-    (samples,) the strain that reaches the sensor, where that is what the effect changes.
+    ``alone`` where the others are next to nothing, or of the first ``quick`` ones together;
+    ``positive``: nor those below 0. ``moved()``: (samples,) the strain that reaches the sensor,
+    where that is what the effect changes.
     """
 
     made: Floats | Callable[[], Floats]
@@ -312,6 +313,7 @@ class Candidate:
     pliable: bool = False
     largest: float = np.inf
     alone: float = np.inf
+    quick: int = 0
     positive: bool = False
     moved: Callable[[], Floats] | None = None
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -11,8 +13,12 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 RUNGS = 12
 # The same for what is off in every step of a coarse converter.
 TEETH = 96
-# Bits that weigh enough to be seen when they are wrong.
+# Bits that weigh enough to be seen when they are wrong, beside a straight line; and without it also
+# smaller ones, which make up a line together.
 BITS = range(4, 12)
+FINE_BITS = range(2, 12)
+# Over so many codes (rms) noise spreads where a bit goes on.
+SWITCHING = 0.6
 # The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
 MARGIN = 0.05
 LARGEST = 0.15
@@ -54,7 +60,18 @@ def explain(nominal: Nominal) -> list[Candidate]:
             _ladder(nominal, RUNGS), {}, "ladder", curved=True, pliable=True, largest=LARGEST
         ),
         Candidate(_ladder(nominal, TEETH), {}, "table", curved=True, pliable=True, largest=LARGEST),
-        Candidate(_bits(nominal), {}, "bits", largest=LARGEST),
+        Candidate(
+            np.concatenate([_bits(nominal, BITS), _straight(nominal)], axis=1),
+            {},
+            "bits",
+            largest=LARGEST,
+        ),
+        Candidate(
+            np.concatenate([_bits(nominal, FINE_BITS), _straight(nominal)[:, 1:]], axis=1),
+            {},
+            "bits",
+            largest=LARGEST,
+        ),
         *_subranging(nominal),
         *_lost(nominal),
     ]
@@ -93,14 +110,16 @@ def _lost(nominal: Nominal) -> list[Candidate]:
     return result
 
 
-def _bits(nominal: Nominal) -> Floats:
+def _bits(nominal: Nominal, known: Iterable[int]) -> Floats:
     """(samples, bits) which of its capacitors a converter had switched on: of one that weighs
     wrong, or is stuck, all codes with its bit are off. Of those that the reference moves."""
-    bits = np.array(BITS)
+    bits = np.array(known)
     low, high = nominal.low + MARGIN * nominal.span, nominal.low + (1 - MARGIN) * nominal.span
     moved = int(low) >> bits != int(high) >> bits
-    set_ = np.clip(np.rint(nominal.u), 0, None).astype(np.int64)[:, None] >> bits & 1
-    return np.concatenate([set_ * moved * nominal.span, _straight(nominal)], axis=1)
+    codes = np.arange(max(nominal.u.min(), 0.0) // 1, max(nominal.u.max(), 0.0) + 2.0)
+    on = codes.astype(np.int64)[:, None] >> bits & 1
+    on = gaussian_filter1d(on * moved * nominal.span, SWITCHING, axis=0, mode="nearest")
+    return np.stack([np.interp(nominal.u, codes, each) for each in on.T], axis=1)
 
 
 def _subranging(nominal: Nominal) -> list[Candidate]:

@@ -13,7 +13,9 @@ from softsense.effects.operators import at_own_pace, followed, low_pass
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.7
 # The same for a part beside others: all parts of a fractional element together relax more than 1.
+# Those that take no longer than a circuit may count as one part.
 MOST_OF_SEVERAL = 0.95
+CIRCUIT_S = 0.3
 # Poles that stand for a fractional element, two per decade below its longest time.
 _POWER_POLES = 6
 _POWER_RATIO = 10.0**0.5
@@ -76,7 +78,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
     singles = _singles(nominal, np.geomspace(0.6, 150.0, 16))
     ladders = [partial(_relaxed, nominal, nominal.u, taus) for taus in LADDERS]
-    return singles + [_prony(relaxed, "prony") for relaxed in ladders]
+    return singles + [
+        _prony(relaxed, "prony", taus) for relaxed, taus in zip(ladders, LADDERS, strict=True)
+    ]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -103,17 +107,17 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
     result = _singles(nominal, near) + _uneven(nominal) + _retimed(nominal, values)
     result += [
-        _prony(partial(_hasty, nominal, haste, taus), "hasty")
+        _prony(partial(_hasty, nominal, haste, taus), "hasty", taus)
         for haste in HASTES
         for taus in LADDERS[1:3]
     ]
-    result += [_prony(partial(relaxed, 0.0, taus), "prony") for taus in LADDERS]
+    result += [_prony(partial(relaxed, 0.0, taus), "prony", taus) for taus in LADDERS]
     for bend in (0.0, *BENDS):
         for taus in LADDERS[1:3]:
             if bend:
-                result.append(_prony(partial(relaxed, bend, taus), "curved"))
-            result.append(_prony(partial(at_once, bend, taus), "instant"))
-    return result + [_prony(partial(at_once, 0.0, (tau,)), "instant") for tau in SLOW_S]
+                result.append(_prony(partial(relaxed, bend, taus), "curved", taus))
+            result.append(_prony(partial(at_once, bend, taus), "instant", taus))
+    return result + [_prony(partial(at_once, 0.0, (tau,)), "instant", (tau,)) for tau in SLOW_S]
 
 
 def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
@@ -180,8 +184,10 @@ def _retimed(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     ]
 
 
-def _prony(made: Callable[[], Floats], form: str) -> Candidate:
-    return Candidate(made, {}, form, parallel=True, largest=MOST_OF_SEVERAL, alone=MOST)
+def _prony(made: Callable[[], Floats], form: str, taus: Sequence[float]) -> Candidate:
+    quick = sum(tau < CIRCUIT_S for tau in taus)
+    most = MOST_OF_SEVERAL
+    return Candidate(made, {}, form, parallel=True, largest=most, alone=MOST, quick=quick)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
