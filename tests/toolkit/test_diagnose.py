@@ -858,6 +858,31 @@ def test_neither_noise_that_varies_nor_an_edge_is_spiky() -> None:
     assert hurt["spikes"] == (2,)
 
 
+def test_what_is_rough_for_a_while_is_not_spiky() -> None:
+    """An equation that is only nearly right leaves much where it is, and nothing elsewhere."""
+    x, codes = clean(9, 8000)
+    own, left = np.random.default_rng(18).normal(size=(2, *codes.shape))
+    left[1000:1300, 1] *= 12.0
+    left[5000:5200, 1] *= 12.0
+    motion, said = motion_of(x, 0.05, 0.0, None), 30.0 * x[:, None]
+    left[::200, 2] += 40.0
+    found = {f.name: f.channels for f in findings(left, left + said, own, motion, True)}
+    assert found["spikes"] == (2,)
+
+
+def test_noise_that_comes_with_moves_is_noise_beside_what_is_slow() -> None:
+    """What an equation of moves leaves comes with them too; what a drift leaves does not."""
+    x, codes = clean(9, 8000)
+    own, left = np.random.default_rng(19).normal(size=(2, *codes.shape))
+    speed = np.abs(np.gradient(x))
+    left[:, 1] *= 1.2 + speed / speed.std()
+    motion = motion_of(x, 0.05, 0.0, None)
+    drift, moves = 40.0 * np.linspace(0.0, 1.0, len(x)) ** 0.5, 300.0 * x
+    (found,) = findings(left, left + drift[:, None], own, motion, True)
+    assert (found.name, found.channels) == ("noise", (1,))
+    assert findings(left, left + moves[:, None], own, motion, True) == []
+
+
 def test_a_low_harmonic_is_gone_with_its_tone() -> None:
     """The fifth of 7.93 Hz folds down to 0.35 Hz, among what the motion does; the third is not
     there."""

@@ -47,6 +47,8 @@ WALK_LEAVES = 3.0
 # and for further effects of the channels that they are named on.
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
+# A third one, and each further: what two equations leave that are both only nearly right.
+THIRD_PRICE = 0.5
 # An effect of the motion that is not named on all channels.
 PARTIAL_PRICE = 0.1
 # The same of the second and third where all are exact.
@@ -98,6 +100,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     gap = sum(channel.excess for channel in channels)
     # A clock, or play in the drive, is the same for all channels.
     price += PARTIAL_PRICE * channels[0].samples * sum(_partial(fits, name) for name in names)
+    price += THIRD_PRICE * channels[0].samples * max(len(names) - 2, 0)
     if _on_the_same(fits, names):
         left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
         share = min(SAME_CHANNELS_SHARE * gap, SHARE_OF_LEFT * max(left, 0.0))

@@ -29,6 +29,12 @@ AGREED = 1.15
 SIMULATED = 2
 RIGHT = 1.1
 BESIDE_RIGHT = 1.4
+# Noise is uneven where its power varies by such a factor; by more beside an effect that moves: from
+# one sample to the next, at this quantile, by so much of the noise.
+UNEVEN = 2.5
+UNEVEN_BESIDE = 8.0
+SAYS_MOVES = 0.1
+MOVING = 0.8
 # The slowest of so many samples are still.
 STILL = 0.2
 # Samples of a spectrum in whose middle lines do not show.
@@ -47,6 +53,10 @@ SPIKE_COUNT = 6
 MANY = 3
 # Within so many samples an edge of what was explained is no spike.
 SPIKE_EDGE = 7
+# Of the spikes of an effect's leftovers so many must be as far beside so many samples around them:
+# what is rough in places only is not spiky there.
+SPIKE_AROUND = 101
+SPIKE_STANDS = 0.5
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
 # Samples whose median is what is usual where a spike begins.
@@ -147,7 +157,6 @@ def findings(
     channels behind a curve, which is steep for their noise where it is steep for them. ``coarse``:
     channels whose converter has lost codes, between which noise makes it leap.
     """
-    unevenness = 8.0 if explained else 2.5
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
     least = 2.0 if explained else LEAST_TONE
     spiky, lines, levels, loud = [], {}, {}, {}
@@ -178,6 +187,8 @@ def findings(
         said = residual[:, c] - left[:, c]
         jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
         hit &= _fast(sharp) > jumps
+        if said.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
+            hit[:] = False
         rest = news
         if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
@@ -185,11 +196,13 @@ def findings(
         levels[c] = level = (
             _between_lines(rest) if c in lines else float(noise_rms(rest[:, None])[0])
         )
+        # What an equation leaves that is only nearly right comes with moves, where it says them.
+        moving = float(np.quantile(np.abs(np.diff(said)), MOVING)) > SAYS_MOVES * there[c]
+        unevenness = UNEVEN_BESIDE if moving else UNEVEN
         if c in walking:
             levels[c] = level = min(level, _under_walk(left[:, c]))
         along = covariates[1:] if c in bent else covariates
-        if said.any():
-            # What an equation leaves that is only nearly right comes with moves.
+        if moving:
             levels[c], along = min(level, _still(rest, motion)), along[:-1]
         uneven = _uneven(rest, along, unevenness) and not _uneven(own[:, c], along, unevenness)
         if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
@@ -483,6 +496,13 @@ def _spikes(left: Floats) -> NDArray[np.bool_]:
     if hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
         hit[:] = False
     return hit
+
+
+def _stands_out(left: Floats, hit: NDArray[np.bool_]) -> int:
+    """How many samples that are ``hit`` are far from their neighbours for where they are."""
+    fast = _fast(left)
+    usual = 1.4826 * median_filter(fast, SPIKE_AROUND)
+    return int((fast[hit] > SPIKE_SIGMA * usual[hit]).sum())
 
 
 def _moves(left: Floats, motion: Motion, frequency: float) -> bool:
