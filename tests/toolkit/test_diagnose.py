@@ -877,7 +877,7 @@ def test_noise_that_comes_with_moves_is_noise_beside_what_is_slow() -> None:
     speed = np.abs(np.gradient(x))
     left[:, 1] *= 1.2 + speed / speed.std()
     motion = motion_of(x, 0.05, 0.0, None)
-    drift, moves = 40.0 * np.linspace(0.0, 1.0, len(x)) ** 0.5, 300.0 * x
+    drift, moves = 40.0 * np.linspace(0.0, 1.0, len(x)), 300.0 * x
     (found,) = findings(left, left + drift[:, None], own, motion, True)
     assert (found.name, found.channels) == ("noise", (1,))
     assert findings(left, left + moves[:, None], own, motion, True) == []

@@ -265,10 +265,12 @@ class Channel:
         self._beside_curves: dict[Hashable, float] = {}
         self._within: dict[frozenset[str], Fit] = {}
 
-    def zoom(self, chosen: Iterable[Pick], beside: Container[str]) -> None:
+    def zoom(
+        self, chosen: Iterable[Pick], beside: Container[str], moved: Mapping[str, Entry]
+    ) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else; where no effect can pay,
         not at all, and where it takes long, only at effects that say something alone, or are
-        promising ``beside`` others."""
+        promising ``beside`` others. Of the motion only at what is known to have ``moved`` it."""
         if self.excess < self.effect_price:
             return
         chosen = set(chosen)
@@ -281,6 +283,9 @@ class Channel:
                 # Candidates of one column cost little.
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
             kept = [entries[number].apart() for number in sorted(numbers)]
+            if name in moved:
+                found[name] = [*kept, self._again(self.nominal, name, moved[name])]
+                continue
             found[name] = [*kept] if effect.zoom else [*entries]
             alone = self.left(self.best(frozenset({name})))
             if alone < WORTH * self.excess:
@@ -317,6 +322,12 @@ class Channel:
             self.entries[name].append(replace(again, at=()))
             begin[name] = self.entries[name][-1:]
         return self._upon_each_other_from([self._among(begin, names)], fit)
+
+    def moved_alone(self) -> dict[str, Entry]:
+        """The effect of the motion that says most alone, and its best candidate."""
+        motions = [name for name in self.entries if all_effects()[name].stage == MOTION]
+        fits = [self.best(frozenset({name})) for name in motions]
+        return self.motion_of(min(fits, key=self.price)) if fits else {}
 
     def motion_of(self, fit: Fit) -> dict[str, Entry]:
         """The candidates of a fit that change the strain itself."""
@@ -451,7 +462,12 @@ class Channel:
         if key not in self._unchanged:
             while len(self._unchanged) >= KEPT:
                 del self._unchanged[next(iter(self._unchanged))]
-            self._unchanged[key] = self._upon(self.nominal, name, number)
+            if self.long and entry.near is not None:
+                # It was looked at closely, which takes long.
+                again = self._again(self.nominal, name, entry)
+                self._unchanged[key] = [replace(again, nominal=self.nominal)]
+            else:
+                self._unchanged[key] = self._upon(self.nominal, name, number)
         return self._unchanged[key]
 
     def columns(self, pick: Pick) -> Floats:

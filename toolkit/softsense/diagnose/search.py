@@ -182,10 +182,17 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     votes = Counter(pick for picks in chosen for pick in picks if pick[0] == "step")
     common = {pick for pick, count in votes.most_common(1)}
 
-    def zoom(number: int) -> None:
-        channels[number].zoom(chosen[number] | common, beside)
+    numbers = sorted(range(len(channels)), key=lambda c: -channels[c].excess)
+    moved: dict[str, Entry] = {}
 
-    all_at_once(zoom, range(len(channels)))
+    def zoom(number: int) -> None:
+        channels[number].zoom(chosen[number] | common, beside, moved)
+
+    if channels[0].long:
+        # The strain is the same on all channels: where the gap is largest says how it moved.
+        zoom(numbers[0])
+        moved = channels[numbers.pop(0)].moved_alone()
+    all_at_once(zoom, numbers)
     fine = _chosen_again(channels, _models(channels, known))
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]

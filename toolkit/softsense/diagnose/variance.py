@@ -29,12 +29,11 @@ AGREED = 1.15
 SIMULATED = 2
 RIGHT = 1.1
 BESIDE_RIGHT = 1.4
-# Noise is uneven where its power varies by such a factor; by more beside an effect that moves: from
-# one sample to the next, at this quantile, by so much of the noise.
+# Noise is uneven where its power varies by such a factor; by more beside an effect that ever moves,
+# from one sample to the next, by so much of the noise.
 UNEVEN = 2.5
 UNEVEN_BESIDE = 8.0
-SAYS_MOVES = 0.1
-MOVING = 0.8
+MOVING = 0.3
 # The slowest of so many samples are still.
 STILL = 0.2
 # Samples of a spectrum in whose middle lines do not show.
@@ -197,7 +196,7 @@ def findings(
             _between_lines(rest) if c in lines else float(noise_rms(rest[:, None])[0])
         )
         # What an equation leaves that is only nearly right comes with moves, where it says them.
-        moving = float(np.quantile(np.abs(np.diff(said)), MOVING)) > SAYS_MOVES * there[c]
+        moving = float(np.abs(np.diff(said)).max()) > MOVING * there[c]
         unevenness = UNEVEN_BESIDE if moving else UNEVEN
         if c in walking:
             levels[c] = level = min(level, _under_walk(left[:, c]))
