@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -612,6 +613,29 @@ def test_play_whose_zero_is_off_its_middle_is_backlash(zeroed: float) -> None:
     assert result.effects == ("backlash",)
     assert {trace.form for trace in result.traces} == {"off_centre"}
     assert all(abs(trace.values["zeroed"] - zeroed) < 0.1 for trace in result.traces)
+
+
+def test_a_long_recordings_motion_is_looked_at_closely_on_one_channel(monkeypatch) -> None:
+    monkeypatch.setattr(sys.modules[Channel.__module__], "LONG", 0)
+    closely, offered = [], Channel._offered
+
+    def counted(self, nominal, name, near, place=""):
+        if name == "backlash" and near is not None:
+            closely.append(nominal.channel)
+        return offered(self, nominal, name, near, place)
+
+    monkeypatch.setattr(Channel, "_offered", counted)
+    x, codes = clean(57)
+    played = np.empty(SAMPLES)
+    at = x[0]
+    for k, strain in enumerate(x):
+        at = min(max(at, strain - 0.04), strain + 0.04)
+        played[k] = at
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(played), 2))
+    (effect,) = result.data["effects"]
+    assert (effect["name"], effect["channels"]) == ("backlash", ["s1", "s2", "s3", "s4"])
+    assert abs(effect["parameters"]["width"]["value"] - 0.08) < 0.004
+    assert len(set(closely)) == 1
 
 
 @pytest.mark.parametrize("jumps", [False, True])

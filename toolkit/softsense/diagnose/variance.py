@@ -52,8 +52,8 @@ SPIKE_COUNT = 6
 MANY = 3
 # Within so many samples an edge of what was explained is no spike.
 SPIKE_EDGE = 7
-# Of the spikes of an effect's leftovers so many must be as far beside so many samples around them:
-# what is rough in places only is not spiky there.
+# Of the spikes in an effect's leftovers such a share must stand out from so many samples around
+# them too: what is rough in places only is not spiky there.
 SPIKE_AROUND = 101
 SPIKE_STANDS = 0.5
 # Where spikes of one shape are known smaller ones are spikes too.
@@ -186,7 +186,7 @@ def findings(
         said = residual[:, c] - left[:, c]
         jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
         hit &= _fast(sharp) > jumps
-        if said.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
+        if said.any() and hit.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
             hit[:] = False
         rest = news
         if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
