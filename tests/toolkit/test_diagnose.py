@@ -1125,6 +1125,54 @@ def test_commands_and_files(tmp_path: Path, capsys) -> None:
     assert "not a whole diagnosis" in capsys.readouterr().err
 
 
+def in_kohm(path: Path, x: np.ndarray, codes: np.ndarray, rows: slice) -> Path:
+    """``rows`` of a recording in physical units, 0.002 kohm to a code."""
+    kohm = [[f"{0.3 + 0.002 * code:.5f}" for code in row] for row in codes[rows].tolist()]
+    lines = [
+        f"{0.05 * k:.2f},{strain:.6f},{','.join(row)}"
+        for k, (strain, row) in enumerate(zip(x[rows], kohm, strict=True))
+    ]
+    head = ",".join(["t_s,strain", *(f"s{k + 1}" for k in range(codes.shape[1]))])
+    path.write_text("\n".join([head, *lines]) + "\n")
+    return path
+
+
+def test_files_in_physical_units_are_read_on_one_scale(tmp_path: Path, capsys) -> None:
+    x, codes = clean(4)
+    noise = np.random.default_rng(4).normal(0.0, 1.3, (2, *codes.shape))
+    pole = np.exp(-1 / (0.3 * RATE_HZ))
+    real = codes.copy()
+    real[:, 1] = lfilter([1 - pole], [1, -pole], codes[:, 1] - codes[0, 1]) + codes[0, 1]
+    first, second = slice(0, 3000), slice(3000, 6000)
+    sim = in_kohm(tmp_path / "sim.csv", x, codes + noise[0], first)
+    seen = in_kohm(tmp_path / "real.csv", x, real + noise[1], first)
+    out, made = tmp_path / "out", tmp_path / "made.csv"
+    assert main(["diagnose", str(sim), str(seen), "-o", str(out)]) == 0
+    found = json.loads((out / "diagnosis.json").read_text())["effects"]
+    assert [(effect["name"], effect["channels"]) for effect in found] == [("lag", ["s2"])]
+    # A next motion is scaled as the first, not by its own range.
+    later = in_kohm(tmp_path / "later.csv", x, codes + noise[0], second)
+    assert main(["augment", str(out), str(later), "-o", str(made)]) == 0
+    ends = folder.read(out).front_ends
+    told = ss.read(made).codes - ss.read(later, front_end=ends).codes
+    true = 0.002 * ends["s2"].scale * (real - codes)[second, 1]
+    assert np.std(told[:, 1] - true) < 0.1 * np.std(true)
+    assert not told[:, 0].any()
+    # What leaves the scale, or has none, is refused.
+    wide = in_kohm(tmp_path / "wide.csv", x, 2 * codes, second)
+    whole = ss.write(recorded(x, codes, 1), tmp_path / "whole.csv")
+    capsys.readouterr()
+    for command, words in (
+        (["augment", str(out), str(wide), "-o", str(made)], "leaves the scale"),
+        (["diagnose", str(whole), str(seen), "-o", str(tmp_path / "no")], "codes here and phys"),
+    ):
+        assert main(command) == 1
+        assert words in capsys.readouterr().err
+    assert not (tmp_path / "no").exists()
+    with pytest.raises(SoftsenseError, match="two scales"):
+        diagnose(ss.read(sim), ss.read(seen))
+
+
 def test_recordings_that_do_not_belong_together_are_refused() -> None:
     x, codes = clean(1)
     sim, real = recorded(x, codes, 1), recorded(x, codes, 2)

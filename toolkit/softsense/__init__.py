@@ -42,6 +42,7 @@ _HOME = {
     "quantise": "pipeline.quantise_fit",
     "rank": "select.rank",
     "read": "recording.read",
+    "read_together": "recording.read_together",
     "select": "select.select",
     "simulate": "simulate.simulate",
     "split": "recording.split",

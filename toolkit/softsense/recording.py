@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import StringIO
 from pathlib import Path
@@ -285,29 +285,83 @@ def read(
     sensors: str | Sequence[str] | None = None,
     context: str | Sequence[str] = (),
     adc_bits: int = 12,
-    front_end: str = "auto",
+    front_end: str | Mapping[str, FrontEnd] = "auto",
 ) -> Recording:
     """Read a recording from CSV, .npz, .mat or .parquet.
 
     ``target``, ``sensors``, ``context``: column names, as a list or joined by commas; sensors
     default to every remaining numeric column that is not one of ``KNOWN_CONTEXT``.
     Integer-valued sensor columns are ADC codes of ``adc_bits`` bits; others are physical values
-    and go through ``front_end`` (see ``parse_front_end``).
+    and go through ``front_end`` (see ``parse_front_end``; or one front end by sensor, where
+    "codes" refuses physical values and a sensor without one is on "auto").
 
     Raises ``SoftsenseError`` with file, row and column for whatever is wrong.
     """
-    path = Path(path)
+    return read_together(
+        (path,),
+        target=target,
+        sensors=sensors,
+        context=context,
+        adc_bits=adc_bits,
+        front_end=front_end,
+    )[0]
+
+
+def read_together(
+    paths: Sequence[str | Path],
+    *,
+    target: str | Sequence[str] = "strain",
+    sensors: str | Sequence[str] | None = None,
+    context: str | Sequence[str] = (),
+    adc_bits: int = 12,
+    front_end: str | Mapping[str, FrontEnd] = "auto",
+) -> tuple[Recording, ...]:
+    """Read recordings that are to be compared: as ``read``, but on one scale.
+
+    What "auto" fits to a sensor's physical values spans those of all the files, so that equal
+    codes are equal values. Raises ``SoftsenseError`` where a sensor has codes in one file and
+    physical values in another.
+    """
     if not 4 <= adc_bits <= 15:
         raise SoftsenseError(
             f"{adc_bits} ADC bits are outside 4 … 15",
             remedy="codes travel as int16; shift a 16-bit converter right by one",
         )
+    chosen = None if sensors is None else _names(sensors)
+    files = [_load(Path(path), _names(target), chosen, _names(context)) for path in paths]
+    fitted = parse_front_end(front_end, adc_bits) if isinstance(front_end, str) else None
+    ends = []
+    for file in files:
+        given = front_end if isinstance(front_end, Mapping) else dict.fromkeys(file.sensors, fitted)
+        ends.append(
+            {name: _front_end(file, name, adc_bits, given.get(name)) for name in file.sensors}
+        )
+    if front_end == "auto":
+        for name in dict.fromkeys(name for file in files for name in file.sensors):
+            _share_scale(name, files, ends)
+    return tuple(_recording(file, own) for file, own in zip(files, ends, strict=True))
+
+
+@dataclass(frozen=True)
+class _File:
+    """The columns of a file, and which of them are what."""
+
+    path: Path
+    columns: dict[str, Floats]
+    targets: tuple[str, ...]
+    sensors: tuple[str, ...]
+    context: tuple[str, ...]
+
+
+def _load(
+    path: Path,
+    targets: tuple[str, ...],
+    sensors: tuple[str, ...] | None,
+    contexts: tuple[str, ...],
+) -> _File:
     columns = read_columns(path)
     names = list(columns)
-    targets = _names(target)
-    contexts = _names(context)
-    chosen = None if sensors is None else _names(sensors)
-    for name in (*targets, *contexts, *(chosen or ())):
+    for name in (*targets, *contexts, *(sensors or ())):
         if name not in columns:
             raise SoftsenseError(
                 f"there is no column {name!r}",
@@ -317,14 +371,14 @@ def read(
     if not targets:
         raise SoftsenseError("no target column was named", where=str(path), remedy="--target NAME")
     special = {TIME_COLUMN, *targets, *contexts, *KNOWN_CONTEXT}
-    if chosen is None:
-        chosen = tuple(name for name in names if name not in special)
-    for name in chosen:
+    if sensors is None:
+        sensors = tuple(name for name in names if name not in special)
+    for name in sensors:
         if name in targets:
             raise SoftsenseError(f"column {name!r} is both target and sensor", where=str(path))
-        if chosen.count(name) > 1:
+        if sensors.count(name) > 1:
             raise SoftsenseError(f"sensor {name!r} is named twice", where=str(path))
-    if not chosen:
+    if not sensors:
         raise SoftsenseError(
             "no sensor column is left",
             where=str(path),
@@ -337,7 +391,12 @@ def read(
             where=str(path),
             remedy=f"at least {MIN_SAMPLES} are needed",
         )
-    for name in (*targets, *contexts, *chosen, *((TIME_COLUMN,) if TIME_COLUMN in columns else ())):
+    for name in (
+        *targets,
+        *contexts,
+        *sensors,
+        *((TIME_COLUMN,) if TIME_COLUMN in columns else ()),
+    ):
         bad = np.flatnonzero(~np.isfinite(columns[name]))
         if len(bad):
             raise SoftsenseError(
@@ -348,23 +407,22 @@ def read(
     time = columns.get(TIME_COLUMN)
     if time is not None:
         _check_time(path, time)
-    declared = parse_front_end(front_end, adc_bits)
-    ends = [_front_end(path, name, columns[name], adc_bits, declared) for name in chosen]
-    codes = np.stack(
-        [end.encode(columns[name]) for name, end in zip(chosen, ends, strict=True)], axis=1
-    )
-    known = (n for n in KNOWN_CONTEXT if n in columns and n not in (*targets, *chosen))
-    extra = (*contexts, *known)
+    known = (n for n in KNOWN_CONTEXT if n in columns and n not in (*targets, *sensors))
+    return _File(path, columns, targets, sensors, tuple(dict.fromkeys((*contexts, *known))))
+
+
+def _recording(file: _File, ends: Mapping[str, FrontEnd]) -> Recording:
+    columns = file.columns
     return Recording(
-        name=path.stem,
-        sensors=chosen,
-        codes=codes,
-        targets=targets,
-        target_units=tuple(unit_of(name) for name in targets),
-        target=np.stack([columns[name] for name in targets], axis=1),
-        t_s=time,
-        front_ends=tuple(ends),
-        context={name: columns[name] for name in dict.fromkeys(extra)},
+        name=file.path.stem,
+        sensors=file.sensors,
+        codes=np.stack([ends[name].encode(columns[name]) for name in file.sensors], axis=1),
+        targets=file.targets,
+        target_units=tuple(unit_of(name) for name in file.targets),
+        target=np.stack([columns[name] for name in file.targets], axis=1),
+        t_s=columns.get(TIME_COLUMN),
+        front_ends=tuple(ends[name] for name in file.sensors),
+        context={name: columns[name] for name in file.context},
     )
 
 
@@ -399,25 +457,60 @@ def _cell(path: Path, row: int, column: str) -> str:
     return f"{path}, row {row + 2}, column {column!r}"
 
 
-def _front_end(
-    path: Path, name: str, values: Floats, bits: int, declared: FrontEnd | None
-) -> FrontEnd:
-    if declared is not None:
-        return declared
-    if np.all(values == np.floor(values)):
+def _front_end(file: _File, name: str, bits: int, given: FrontEnd | None) -> FrontEnd:
+    values = file.columns[name]
+    if given is not None and given.kind != "codes":
+        return given
+    fraction = values != np.floor(values)
+    if not fraction.any():
         bad = np.flatnonzero((values < 0) | (values >= 2**bits))
         if len(bad):
             raise SoftsenseError(
                 f"code {values[bad[0]]:.0f} is outside 0 … {2**bits - 1}",
-                where=_cell(path, int(bad[0]), name),
+                where=_cell(file.path, int(bad[0]), name),
                 remedy="set --adc-bits, or --front-end if these are physical values",
             )
         return FrontEnd("codes", bits)
+    if given is not None:
+        row = int(np.argmax(fraction))
+        raise SoftsenseError(
+            f"{values[row]:g} is no code",
+            where=_cell(file.path, row, name),
+            remedy="--front-end says how physical values become codes; affine:1,0 only rounds",
+        )
     # 2 % of head room on each side keeps a slightly larger value from clipping on the device.
     low, high = float(values.min()), float(values.max())
     margin = 0.02 * (high - low)
-    scale = (2**bits - 1) / (high - low + 2 * margin)
-    return FrontEnd("affine", bits, scale, -(low - margin) * scale)
+    return _spanning(low - margin, high + margin, bits)
+
+
+def _spanning(low: float, high: float, bits: int) -> FrontEnd:
+    scale = (2**bits - 1) / ((high - low) or 1.0)  # a constant is any code
+    return FrontEnd("affine", bits, scale, -low * scale)
+
+
+def _share_scale(name: str, files: list[_File], ends: list[dict[str, FrontEnd]]) -> None:
+    """One fitted front end for a sensor in all ``files``; a constant there may be anything."""
+    moving = [k for k, file in enumerate(files) if name in ends[k] and np.ptp(file.columns[name])]
+    fitted = [k for k in moving if ends[k][name].kind == "affine"]
+    if not fitted or len(files) == 1:
+        return
+    if len(fitted) < len(moving):
+        whole = next(files[k] for k in moving if k not in fitted)
+        raise SoftsenseError(
+            f"sensor {name!r} has codes here and physical values in {files[fitted[0]].path}",
+            where=str(whole.path),
+            remedy="give both the same kind; --front-end affine:1,0 rounds codes with decimals",
+        )
+    bounds = [
+        (code - end.offset) / end.scale
+        for end in (ends[k][name] for k in fitted)
+        for code in (0, 2**end.bits - 1)
+    ]
+    shared = _spanning(min(bounds), max(bounds), ends[fitted[0]][name].bits)
+    for own in ends:
+        if name in own:
+            own[name] = shared
 
 
 def _check_time(path: Path, time: Floats) -> None:

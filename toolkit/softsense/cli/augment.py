@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 from softsense.cli.console import Console
-from softsense.cli.options import add_reading, read_recording
+from softsense.cli.options import add_reading, read_recordings
 
 HELP = "apply the diagnosed effects to another simulated recording"
 
@@ -33,7 +33,8 @@ def run(args: argparse.Namespace, console: Console) -> int:
     from softsense.recording import write
 
     diagnosis = read(args.diagnosis)
-    made = augment(diagnosis, read_recording(args, args.sim))
+    (sim,) = read_recordings(args, args.sim, front_end=diagnosis.front_ends)
+    made = augment(diagnosis, sim)
     write(made, args.output)
     if args.json:
         print(json.dumps({"recording": str(args.output), "effects": list(diagnosis.effects)}))

@@ -14,7 +14,7 @@ import argparse
 from pathlib import Path
 
 from softsense.cli.console import Console
-from softsense.cli.options import add_reading, read_recording
+from softsense.cli.options import add_reading, read_recordings
 
 HELP = "the sim-to-real gap: where, which effect, how far it shrinks"
 
@@ -36,16 +36,19 @@ def run(args: argparse.Namespace, console: Console) -> int:
     """Diagnose, write, and say the verdict."""
     from softsense.diagnose import diagnose
     from softsense.diagnose.folder import calibrated, carry_over, on_motion_of, verdict, write
-    from softsense.simulate import read_rig
+    from softsense.simulate import codes_of, read_rig
 
-    real = read_recording(args, args.real)
-    rig = None
     if args.sim.suffix == ".toml":
         rig = read_rig(args.sim)
-    elif args.calibrate:
-        console.say("fit a simulator to the first recording")
-        rig = calibrated(read_recording(args, args.sim))
-    sim = read_recording(args, args.sim) if rig is None else on_motion_of(real, rig, args.seed)
+        (real,) = read_recordings(args, args.real, front_end=codes_of(rig))
+        sim = on_motion_of(real, rig, args.seed)
+    else:
+        rig = None
+        sim, real = read_recordings(args, args.sim, args.real)
+        if args.calibrate:
+            console.say("fit a simulator to the first recording")
+            rig = calibrated(sim)
+            sim = on_motion_of(real, rig, args.seed)
     result = diagnose(sim, real, seed=args.seed)
     write(result, sim, real, args.output)
     carried = () if rig is None else carry_over(result, rig, sim, args.output)

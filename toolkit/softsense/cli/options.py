@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from softsense.recording import Recording
+    from softsense.recording import FrontEnd, Recording
     from softsense_codegen.packages import Package
 
 
@@ -48,15 +49,22 @@ def add_reading(parser: argparse.ArgumentParser, sensors: bool = True) -> None:
 
 def read_recording(args: argparse.Namespace, path: Path | None = None) -> Recording:
     """The recording that ``args`` describe (``path`` where it is not ``args.recording``)."""
-    from softsense.recording import read
+    return read_recordings(args, args.recording if path is None else path)[0]
 
-    return read(
-        args.recording if path is None else path,
+
+def read_recordings(
+    args: argparse.Namespace, *paths: Path, front_end: Mapping[str, FrontEnd] | None = None
+) -> tuple[Recording, ...]:
+    """The recordings ``paths``, read on one scale (``front_end`` where ``args`` leave it open)."""
+    from softsense.recording import read_together
+
+    return read_together(
+        paths,
         target=args.target,
         sensors=getattr(args, "sensors", None),
         context=args.context,
         adc_bits=args.adc_bits,
-        front_end=args.front_end,
+        front_end=front_end if front_end and args.front_end == "auto" else args.front_end,
     )
 
 

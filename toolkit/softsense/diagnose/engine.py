@@ -10,7 +10,7 @@ the fit has not seen, in units of the noise variance, with a price for all that 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -39,7 +39,7 @@ from softsense.effects import Nominal, Reference, all_effects
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
-from softsense.recording import Recording
+from softsense.recording import FrontEnd, Recording
 
 Floats = NDArray[np.float64]
 
@@ -94,13 +94,15 @@ class Past:
 class Diagnosis(Shown):
     """What was found: ``data`` is diagnosis.json, and ``augmented`` (samples, channels) codes.
 
-    ``traces`` and ``static`` (channels, p) with the ``past`` let it be applied to another motion.
+    ``traces`` and ``static`` (channels, p) with the ``past`` let it be applied to another motion
+    of the sensors in ``front_ends``.
     """
 
     data: dict[str, Any]
     traces: tuple[Trace, ...]
     static: Floats = field(repr=False)
     past: Past = field(repr=False)
+    front_ends: dict[str, FrontEnd] = field(repr=False)
     augmented: Floats = field(default_factory=lambda: np.zeros((0, 0)), repr=False)
 
     def to_json(self) -> str:
@@ -117,6 +119,7 @@ class Diagnosis(Shown):
         return json.dumps(
             {
                 "schema": "softsense.augmentation/1",
+                "front_ends": {name: end.to_dict() for name, end in self.front_ends.items()},
                 "static": self.static.tolist(),
                 "traces": [
                     {**vars(trace), "weights": trace.weights.tolist()} for trace in self.traces
@@ -165,7 +168,7 @@ def _one_thread() -> AbstractContextManager[None]:
 
 
 def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str]) -> Diagnosis:
-    sim, real = _aligned(sim, real)
+    sim, real = aligned(sim, real)
     _check_channels(sim, real)
     start_s = float(sim.t_s[0]) if sim.t_s is not None else 0.0
     temp_c = real.context.get("temp_c", sim.context.get("temp_c"))
@@ -208,15 +211,21 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
 def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:
     """The simulated recording of another motion, which followed, with the diagnosed effects in it.
 
-    Raises ``SoftsenseError`` where its sensors or its rate are not those of the diagnosis.
+    Raises ``SoftsenseError`` where its sensors, their scale or its rate are not those of the
+    diagnosis.
     """
     past = diagnosis.past
-    if sim.codes.shape[1] != past.codes.shape[1]:
-        raise SoftsenseError(
-            f"{sim.codes.shape[1]} sensors, and {past.codes.shape[1]} were diagnosed",
-            where=sim.name,
-            remedy="give the simulated recording of the same sensors",
-        )
+    sim = sim.with_sensors(tuple(diagnosis.front_ends))
+    _check_scales(sim, diagnosis.front_ends, sim.name)
+    for name, codes, end in zip(sim.sensors, sim.codes.T, sim.front_ends, strict=True):
+        rail = float(np.mean((codes <= 0) | (codes >= 2**end.bits - 1)))
+        if end.kind == "affine" and rail > 0.01:
+            raise SoftsenseError(
+                f"sensor {name!r} leaves the scale of the diagnosis in {100 * rail:.0f} % of the "
+                f"samples: {end.describe()}",
+                where=sim.name,
+                remedy="diagnose again with a --front-end that leaves room for it",
+            )
     if abs(sim.dt_s / past.dt_s - 1.0) > 1e-3:
         raise SoftsenseError(
             f"rates differ: {1 / sim.dt_s:.4g} Hz, and {1 / past.dt_s:.4g} Hz when diagnosed",
@@ -294,7 +303,7 @@ def _applied(
     return change
 
 
-def _aligned(sim: Recording, real: Recording) -> tuple[Recording, Recording]:
+def aligned(sim: Recording, real: Recording) -> tuple[Recording, Recording]:
     """The common part of two recordings of one motion."""
     shared = [name for name in sim.sensors if name in real.sensors]
     if not shared:
@@ -304,6 +313,8 @@ def _aligned(sim: Recording, real: Recording) -> tuple[Recording, Recording]:
             remedy="name the columns alike",
         )
     sim, real = sim.with_sensors(shared), real.with_sensors(shared)
+    ends = dict(zip(sim.sensors, sim.front_ends, strict=True))
+    _check_scales(real, ends, f"{sim.name}, {real.name}")
     if sim.t_s is not None and real.t_s is not None:
         if abs(sim.dt_s / real.dt_s - 1.0) > 1e-3:
             raise SoftsenseError(
@@ -329,6 +340,18 @@ def _aligned(sim: Recording, real: Recording) -> tuple[Recording, Recording]:
             remedy="simulate the motion that was recorded",
         )
     return sim, real
+
+
+def _check_scales(recording: Recording, others: Mapping[str, FrontEnd], where: str) -> None:
+    """Values that are no codes became codes: on one scale, or they say nothing of each other."""
+    for sensor, end in zip(recording.sensors, recording.front_ends, strict=True):
+        other = others[sensor]
+        if end != other and "codes" not in (end.kind, other.kind):
+            raise SoftsenseError(
+                f"{sensor!r} is read on two scales: {other.describe()}; {end.describe()}",
+                where=where,
+                remedy="read them together (softsense.read_together), or with one --front-end",
+            )
 
 
 def _check_channels(sim: Recording, real: Recording) -> None:

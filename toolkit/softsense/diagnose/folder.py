@@ -11,9 +11,9 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from softsense.diagnose.engine import Diagnosis, Past, Trace
+from softsense.diagnose.engine import Diagnosis, Past, Trace, aligned
 from softsense.errors import SoftsenseError
-from softsense.recording import Recording
+from softsense.recording import FrontEnd, Recording
 from softsense.recording import write as write_recording
 from softsense.report import Figure, Table, charts, write_page
 from softsense_codegen.atomic import write_bytes, write_text
@@ -32,13 +32,11 @@ def write(diagnosis: Diagnosis, sim: Recording, real: Recording, out: Path) -> N
     past = io.BytesIO()
     np.savez_compressed(past, **vars(diagnosis.past))
     write_bytes(out / PAST, past.getvalue())
+    sim, real = aligned(sim, real)
     top = 2**sim.adc_bits - 1
     codes = np.clip(np.rint(diagnosis.augmented), 0, top).astype(np.int32)
-    rows = len(codes)
-    shared = [name for name in sim.sensors if name in real.sensors]
-    part = sim.with_sensors(shared).rows(slice(0, rows))
-    write_recording(replace(part, codes=codes), out / "augmented.csv")
-    _report(diagnosis, part, real.with_sensors(shared).rows(slice(0, rows)), out)
+    write_recording(replace(sim, codes=codes), out / "augmented.csv")
+    _report(diagnosis, sim, real, out)
     write_text(out / "diagnosis.json", diagnosis.to_json())
 
 
@@ -69,7 +67,8 @@ def read(folder: Path) -> Diagnosis:
                 float(past["start_s"]),
                 past["lost"],
             )
-        return Diagnosis(data, traces, np.asarray(state["static"], dtype=np.float64), before)
+        ends = {name: FrontEnd(**end) for name, end in state["front_ends"].items()}
+        return Diagnosis(data, traces, np.asarray(state["static"], dtype=np.float64), before, ends)
     except (OSError, ValueError, KeyError, TypeError, BadZipFile) as error:
         raise SoftsenseError(
             f"not a whole diagnosis: {error}", where=str(folder), remedy="softsense diagnose"

@@ -185,6 +185,7 @@ def tell(
             motion.start_s,
             channels[0].nominal.reference.lost,
         ),
+        front_ends=dict(zip(sim.sensors, sim.front_ends, strict=True)),
         augmented=augmented,
     )
 

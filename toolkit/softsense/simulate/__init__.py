@@ -9,7 +9,7 @@ from __future__ import annotations
 from softsense.simulate.finger import finger_rig
 from softsense.simulate.linear import all_wires, linear_rig
 from softsense.simulate.motion import random_motion, triangle
-from softsense.simulate.record import simulate, to_recording
+from softsense.simulate.record import codes_of, simulate, to_recording
 from softsense.simulate.rig import Placed, Rig, Sensor, read_rig
 from softsense.simulate.run import RigState, Run, run
 
@@ -20,6 +20,7 @@ __all__ = [
     "Run",
     "Sensor",
     "all_wires",
+    "codes_of",
     "finger_rig",
     "linear_rig",
     "random_motion",

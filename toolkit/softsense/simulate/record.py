@@ -40,6 +40,11 @@ def times_s(rig: Rig, result: Run) -> Floats:
     return times
 
 
+def codes_of(rig: Rig) -> dict[str, FrontEnd]:
+    """The front end of each sensor: a rig says ADC codes, not what stands before its dividers."""
+    return dict.fromkeys(rig.names, FrontEnd("codes", rig.adc_bits))
+
+
 def to_recording(rig: Rig, result: Run, temp_c: Floats | None = None) -> Recording:
     """The run as a recording of codes. A finger's targets are x_px, y_px and bend_deg."""
     columns = truths(rig, result)
@@ -54,7 +59,7 @@ def to_recording(rig: Rig, result: Run, temp_c: Floats | None = None) -> Recordi
         target_units=tuple(unit_of(name) for name in columns),
         target=np.stack(list(columns.values()), axis=1),
         t_s=times_s(rig, result),
-        front_ends=tuple(FrontEnd("codes", rig.adc_bits) for _ in rig.sensors),
+        front_ends=tuple(codes_of(rig).values()),
         context=context,
     )
 
