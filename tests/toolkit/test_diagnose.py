@@ -1193,6 +1193,16 @@ def test_recordings_that_do_not_belong_together_are_refused() -> None:
             diagnose(sim, wrong)
 
 
+def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None:
+    x, codes = clean(2, 1500)
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    nominal = nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))[0]
+    noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
+    names, history = frozenset({"backlash", "delay"}), history_basis(x, 1 / RATE_HZ)
+    channel = Channel(nominal, noise, 1.3, x[:, None] ** [1, 2], sorted(names), 1.7, 0.0, history)
+    assert not channel.composed(channel.within(names), names).picks
+
+
 def test_every_effect_that_explains_says_finite_columns() -> None:
     from softsense.diagnose.nominal import motion_of, nominals, reference_of
 

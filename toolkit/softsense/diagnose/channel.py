@@ -310,7 +310,7 @@ class Channel:
         begun = [fit]
         if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
             begun.append(self.best(names))
-        if sum(all_effects()[name].stage == MOTION for name in names) > 1:
+        if sum(all_effects()[name].stage == MOTION for name in names if name in self.entries) > 1:
             begun.append(self._plain(names))
         return self._upon_each_other_from(begun, fit)
 
