@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import followed, low_pass, rate
+from softsense.effects.operators import at_own_pace, followed, low_pass, rate
 
 TAUS_S = (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
@@ -18,6 +19,13 @@ HALVES_PER_S = (0.03, 0.1, 0.3)
 QUICK = 0.25
 QUICK_POWERS = (0.65, 0.9, 1.2)
 BACK = (0.6, 1.0)
+# A structure that moves break and rests rebuild: its times, and how much of it a move through the
+# whole range breaks. Around one of those, closer.
+REBUILDS_S = (0.3, 0.7, 1.5, 3.0)
+BREAKS = (1.0, 3.0, 9.0)
+# What the network takes to break, where that is not at once, and powers of the strain rate.
+LATE_S = 0.16
+LATE_POWERS = (0.75, 1.0, 1.4)
 # A slower dashpot is what relaxes.
 SLOWEST_DASHPOT_S = 1.5
 
@@ -58,12 +66,20 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         if "tau_s" in values
         else np.geomspace(0.1, 2.5, 9)
     ).tolist()
-    result = _quick(nominal, near[::2])
+    if "breaks" in values:
+        breaks = values["breaks"] * np.geomspace(0.6, 1.7, 5)
+        return _structures(nominal, near, breaks.tolist())
+    result = _quick(nominal, near[::2]) + _structures(nominal, REBUILDS_S, BREAKS)
+    result += _late(nominal, near[::2])
     if "power" not in values:
+        # Once more of one direction, it may be more of one end of the range.
+        speed = np.abs(nominal.rate)
+        result += _traces(nominal, speed, {"power": 1.0}, near[::2], LADDERS_S, within=True)
         return result + _one_way(nominal, near)
     for power in values["power"] * np.array([0.85, 1.0, 1.2]):
         speed = np.abs(nominal.rate) ** power
-        result += _traces(nominal, speed, {"power": float(power)}, near[::2], ladders)
+        for within in (False, True):
+            result += _traces(nominal, speed, {"power": float(power)}, near[::2], ladders, within)
     for half in HALVES_PER_S:
         speed = np.abs(nominal.rate) / (np.abs(nominal.rate) + half)
         result += _traces(nominal, speed, {"half_per_s": half}, near[::2], ())
@@ -76,15 +92,20 @@ def _traces(
     values: Mapping[str, float],
     taus_s: Sequence[float],
     ladders: Sequence[Sequence[float]],
+    within: bool = False,
 ) -> list[Candidate]:
     """What ``speed`` (samples,) breaks, for one time constant or a ladder of them: a network that
-    forms again at several rates."""
+    forms again at several rates.
+
+    It shows the more, the larger the signal is; or ``within``: it breaks the more then.
+    """
     share = nominal.share[nominal.keep]
+    breaking = np.stack([speed, speed * nominal.share] if within else [speed], axis=1)
     parts: dict[float, Floats] = {}
     for tau_s in dict.fromkeys((*taus_s, *(tau for taus in ladders for tau in taus))):
-        broken = low_pass(speed[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
-        y = broken[nominal.keep, 0] * nominal.span
-        parts[tau_s] = np.stack([y, y * share], axis=1)
+        taus = np.full(breaking.shape[1], tau_s)
+        y = low_pass(breaking, nominal.dt_s, taus, None)[0][nominal.keep] * nominal.span
+        parts[tau_s] = y if within else np.concatenate([y, y * share[:, None]], axis=1)
     return [Candidate(parts[tau_s], {"tau_s": tau_s, **values}) for tau_s in taus_s] + [
         Candidate(np.concatenate([parts[tau_s] for tau_s in taus], axis=1), values)
         for taus in ladders
@@ -104,6 +125,40 @@ def _quick(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
                 values = {"tau_s": tau_s, "power": power, "back": back}
                 result.append(Candidate(np.stack([y, y * share], axis=1), values, "quick"))
     return result
+
+
+def _structures(
+    nominal: Nominal, rebuilds_s: Sequence[float], breaks: Sequence[float]
+) -> list[Candidate]:
+    """What is broken of a structure: what breaks is a share of what still holds.
+
+    Moore, Trans. Br. Ceram. Soc. 58 (1959): dx/dt = b |v| (1 - x) - x / tau.
+    """
+    result = []
+    speed, share = np.abs(nominal.rate), nominal.share[nominal.keep]
+    for tau_s in rebuilds_s:
+        for each in breaks:
+            pull = 1.0 / tau_s + each * speed
+            broken = at_own_pace(each * speed / pull, nominal.dt_s * pull)
+            y = broken[nominal.keep] * nominal.span
+            values = {"tau_s": tau_s, "breaks": each}
+            result.append(Candidate(np.stack([y, y * share], axis=1), values, "structure"))
+    return result
+
+
+def _late(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
+    """What takes a while to break, too."""
+    late = {
+        power: low_pass(
+            np.abs(nominal.rate)[:, None] ** power, nominal.dt_s, np.array([LATE_S]), None
+        )[0][:, 0]
+        for power in LATE_POWERS
+    }
+    return [
+        replace(candidate, form="late")
+        for power, speed in late.items()
+        for candidate in _traces(nominal, speed, {"power": power}, taus_s, ())
+    ]
 
 
 def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:

@@ -13,8 +13,10 @@ from softsense.effects.operators import at_own_pace, followed, low_pass
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.7
 # The same for a part beside others: all parts of a fractional element together relax more than 1.
-# Those that take no longer than a circuit may count as one part.
+# Those that take no longer than a circuit may count as one part; where there are none, each may be
+# more than the whole, beside what bends the other way.
 MOST_OF_SEVERAL = 0.95
+MOST_OF_SLOW = 1.2
 CIRCUIT_S = 0.3
 # Poles that stand for a fractional element, two per decade below its longest time.
 _POWER_POLES = 6
@@ -36,6 +38,9 @@ RECOVERIES = (0.4, 0.6, 1.7, 2.5)
 # How much faster it relaxes at full signal than at none, as powers of e; and where as stated.
 MIDDLE = 0.5
 HASTES = (-2.0, -1.0, 1.0, 2.0)
+# Around one of these; and how much more of it relaxes at full signal than at none.
+HASTES_NEAR = (-0.5, 0.0, 0.5)
+GROWTHS = (-0.4, 0.0, 0.4, 0.8)
 # Time constants that a simulator has and that are in truth, where its own are wrong, and how many
 # places apart they are.
 RETIMED_S = tuple(0.6 * 1.5**k for k in range(15))
@@ -88,6 +93,14 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     stretched further relaxes more than in proportion), where the signal is right at once, and where
     what is stretched further relaxes faster; and a part that relaxes at another pace than it
     recovers, or than the simulator has it."""
+    if "haste" in values:
+        return [
+            _prony(partial(_hasty, nominal, haste, taus, grows), "hasty", taus, values)
+            for haste in values["haste"] + np.array(HASTES_NEAR)
+            for grows in GROWTHS
+            for values in [{"haste": haste, "grows": grows} if grows else {"haste": haste}]
+            for taus in LADDERS[1:3]
+        ]
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
 
     # One candidate may be asked for alone, and two share what is relaxed.
@@ -107,7 +120,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
     result = _singles(nominal, near) + _uneven(nominal) + _retimed(nominal, values)
     result += [
-        _prony(partial(_hasty, nominal, haste, taus), "hasty", taus)
+        _prony(partial(_hasty, nominal, haste, taus), "hasty", taus, {"haste": haste})
         for haste in HASTES
         for taus in LADDERS[1:3]
     ]
@@ -145,8 +158,9 @@ def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats
     return column
 
 
-def _hasty(nominal: Nominal, haste: float, taus: Sequence[float]) -> Floats:
-    """(kept samples, time constants) of parts that relax the faster, the larger the signal is.
+def _hasty(nominal: Nominal, haste: float, taus: Sequence[float], grows: float = 0.0) -> Floats:
+    """(kept samples, time constants) of parts that relax the faster, the larger the signal is, and
+    weigh the more (``grows``).
 
     Schapery, Polym. Eng. Sci. 9 (1969): time goes by the faster, the more a material is stressed.
     """
@@ -155,7 +169,8 @@ def _hasty(nominal: Nominal, haste: float, taus: Sequence[float]) -> Floats:
         at_own_pace(nominal.u, nominal.dt_s / tau * faster)[nominal.keep] - nominal.u[nominal.keep]
         for tau in taus
     ]
-    return np.stack(parts, axis=1)
+    weight = 1.0 + grows * (nominal.share[nominal.keep] - MIDDLE)
+    return np.stack(parts, axis=1) * weight[:, None]
 
 
 def _retimed(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -184,10 +199,15 @@ def _retimed(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     ]
 
 
-def _prony(made: Callable[[], Floats], form: str, taus: Sequence[float]) -> Candidate:
+def _prony(
+    made: Callable[[], Floats],
+    form: str,
+    taus: Sequence[float],
+    values: Mapping[str, float] | None = None,
+) -> Candidate:
     quick = sum(tau < CIRCUIT_S for tau in taus)
-    most = MOST_OF_SEVERAL
-    return Candidate(made, {}, form, parallel=True, largest=most, alone=MOST, quick=quick)
+    most = MOST_OF_SEVERAL if quick else MOST_OF_SLOW
+    return Candidate(made, values or {}, form, parallel=True, largest=most, alone=MOST, quick=quick)
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
