@@ -490,6 +490,37 @@ def test_a_gain_of_what_is_no_signal_where_it_begins_is_a_gain() -> None:
     ]
 
 
+def test_a_coarse_plane_of_relays_is_hysteresis_alone() -> None:
+    """Its steps are at the same strains again and again, and wide relays begin switched off."""
+    x, codes = clean(57)
+    levels, change = np.linspace(x.min(), x.max(), 25), np.zeros_like(x)
+    index = np.arange(len(x))
+    for k, up in enumerate(levels):
+        above = np.maximum.accumulate(np.where(x >= up, index, -1))
+        for down in levels[:k]:
+            below = np.maximum.accumulate(np.where(x <= down, index, 0))
+            change += np.where(above > below, 1.0, -1.0)
+    change *= 25.0 / np.std(change)
+    loops = codes.copy()
+    loops[:, :2] += change[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, loops, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("hysteresis", ["s1", "s2"])
+    ]
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+def test_what_rings_on_after_a_knock_is_no_spike() -> None:
+    x, codes = clean(58)
+    rng, k = np.random.default_rng(6), np.arange(40) / RATE_HZ
+    knocks = (rng.random(len(x)) < 0.002) * rng.normal(size=len(x))
+    rung = np.convolve(knocks, np.exp(-k / 0.4) * np.cos(2.0 * np.pi * 1.3 * k))[: len(x)]
+    knocked = codes + 12.0 * (rung / rung.std())[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, knocked, 2))
+    assert result.data["unexplained"]["unknown_effect"]
+    assert not result.effects
+
+
 def test_a_converters_curve_is_neither_hysteresis_nor_a_gain() -> None:
     """Beside a delay, which both could bend."""
     x, codes = clean(43)
@@ -1053,7 +1084,13 @@ def test_a_channel_responds_as_the_history_of_the_motion_has_it(keep: slice) -> 
     played = np.maximum(motion.strain - 0.1, 0.0)
     said = history_basis(played, motion.dt_s) @ history_weights(codes, motion)
     for channel, one in enumerate(
-        nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))
+        nominals(
+            codes,
+            codes,
+            motion,
+            12,
+            reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3))),
+        )
     ):
         np.testing.assert_allclose(one.respond(played, keep), said[keep, channel], atol=1e-6)
 
@@ -1196,7 +1233,9 @@ def test_recordings_that_do_not_belong_together_are_refused() -> None:
 def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None:
     x, codes = clean(2, 1500)
     motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
-    nominal = nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))[0]
+    nominal = nominals(
+        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    )[0]
     noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
     names, history = frozenset({"backlash", "delay"}), history_basis(x, 1 / RATE_HZ)
     channel = Channel(nominal, noise, 1.3, x[:, None] ** [1, 2], sorted(names), 1.7, 0.0, history)
@@ -1209,7 +1248,9 @@ def test_every_effect_that_explains_says_finite_columns() -> None:
     x, codes = clean(2, 1500)
     sim = recorded(x, codes, 1)
     motion = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None)
-    nominal = nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))[0]
+    nominal = nominals(
+        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    )[0]
     for name, effect in all_effects().items():
         for candidate in effect.explain(nominal) if effect.explain else ():
             assert candidate.columns.shape[0] == len(x), name

@@ -297,7 +297,9 @@ def test_delay_moves_without_attenuation() -> None:
 def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
     codes = 2000.0 + np.cumsum(np.random.default_rng(4).normal(size=(800, 1)), axis=0)
     motion = motion_of(codes[:, 0], 0.05, 0.0, None)
-    (nominal,) = nominals(codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3))))
+    (nominal,) = nominals(
+        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    )
     index = np.arange(len(codes), dtype=float)
     made = [c for c in effect("delay").explain(nominal) if "delay_s" in c.values]
     made += effect("delay").zoom(nominal, {"delay_s": -0.3})
@@ -321,7 +323,11 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
     codes = 1500.0 + 20.0 * strain[:, None] * np.array([1.0, -0.7])
     motion = motion_of(strain, 0.05, 0.0, 20.0 + np.sin(np.arange(2000) / 300.0))
     nominal = nominals(
-        codes, codes + 1.0, motion, 12, reference_of(codes, motion, np.zeros((0, 3)))
+        codes,
+        codes + 1.0,
+        motion,
+        12,
+        reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3))),
     )[0]
     history = history_basis(motion.strain, 0.05)
     searched = channel.Channel(nominal, rng.normal(size=2000), 1.0, history, (), 1.0, 0.0, history)

@@ -305,7 +305,7 @@ class Channel:
         one after the other in either order. Where ``fit`` leaves enough to pay for an effect more,
         all of ``names`` are tried: two that act on each other can say little side by side.
         """
-        if len(names) == 1 and self.left(fit) < self.effect_price:
+        if len(names) == 1 and fit.static is None and self.left(fit) < self.effect_price:
             return fit
         begun = [fit]
         if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
@@ -723,6 +723,9 @@ class Channel:
         result = []
         for pick, weights in self.weighted(fit):
             candidate = self.entries[pick[0]][pick[1]].candidate
+            if candidate.straight and len(fit.picks) > 1:
+                # Beside what bends it the other way it may be straight as well.
+                weights = bent(weights)
             sizes = np.abs(weights)
             alone = float(sizes.max()) > ALONE * float(sizes.sum())
             most = min(candidate.largest, candidate.alone if alone else np.inf)
@@ -916,3 +919,11 @@ def explained(
 ) -> Candidate:
     """One candidate of the effect ``name``: of what it explains, or of its zoom around ``near``."""
     return offered(nominal, name, near, place)[number]
+
+
+def bent(weights: Floats) -> Floats:
+    """``weights`` at even steps less their straight line."""
+    at = np.linspace(-1.0, 1.0, len(weights))
+    centred = weights - weights.mean()
+    line: Floats = centred - at * float(at @ centred) / float(at @ at)
+    return line

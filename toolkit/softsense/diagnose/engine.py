@@ -25,6 +25,7 @@ from softsense.diagnose.nominal import (
     Motion,
     denoise,
     history_basis,
+    levels_of,
     lost_codes,
     motion_of,
     noise_rms,
@@ -80,7 +81,8 @@ class Past:
     """The motion that was diagnosed: the next one goes on from where it left the material.
 
     ``target`` (samples,) in the recording's unit; ``codes`` (samples, channels) noiseless;
-    ``lost`` (stretches, 3) of the converter's codes (``nominal.lost_codes``).
+    ``lost`` (stretches, 3) of the converter's codes (``nominal.lost_codes``); ``levels``
+    (channels, 3) of what goes in steps (``nominal.levels_of``).
     """
 
     target: Floats
@@ -88,6 +90,7 @@ class Past:
     dt_s: float
     start_s: float
     lost: Floats
+    levels: Floats
 
 
 @dataclass(frozen=True, repr=False)
@@ -176,13 +179,14 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     smooth = denoise(sim.codes.astype(np.float64), motion)
     residual = real.codes.astype(np.float64) - smooth
     lost = lost_codes(real, sim)
-    reference, coarse = reference_of(smooth, motion, lost), sorted({int(c) for c in lost[:, 0]})
+    coarse = sorted({int(c) for c in lost[:, 0]})
     known = [name for name in (*all_effects(), WALK) if name not in without]
     own = ((sim.codes - smooth) ** 2).mean(axis=0)
     missed = np.maximum(own - noise_rms(sim.codes.astype(np.float64)) ** 2, 0.0)
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)
     beside = residual - slow
+    reference = reference_of(smooth, motion, lost, levels_of(beside, smooth, motion))
     plain = [f for f in variance.evident(beside, motion, coarse) if f.name not in without]
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
     channels = _channels(smooth, motion, quiet, own, missed, reference, sim.adc_bits, known)
@@ -269,7 +273,7 @@ def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> F
     """Codes (samples, channels) that the diagnosed effects add."""
     change = np.zeros_like(smooth)
     past = diagnosis.past
-    reference = reference_of(smooth[: len(past.target)], motion, past.lost)
+    reference = reference_of(smooth[: len(past.target)], motion, past.lost, past.levels)
     made = nominals(smooth, smooth, motion, bits, reference)
     hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
     for _ in range(HEARINGS if hearing else 1):

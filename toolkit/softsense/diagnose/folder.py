@@ -66,6 +66,7 @@ def read(folder: Path) -> Diagnosis:
                 float(past["dt_s"]),
                 float(past["start_s"]),
                 past["lost"],
+                past["levels"],
             )
         ends = {name: FrontEnd(**end) for name, end in state["front_ends"].items()}
         return Diagnosis(data, traces, np.asarray(state["static"], dtype=np.float64), before, ends)

@@ -41,6 +41,14 @@ EXPECTED = 12.0
 AROUND_LOST = 4
 # And by so many times the power of what the simulation never meets.
 MORE_LOST = 4.0
+# How many levels the range of strain may have; a line among them stands out so much; and the
+# samples that are looked at, less their mean around them. Lines of several channels are one within
+# so many steps of ``LEVELS``.
+LEVELS = np.arange(8.0, 64.0, 0.1)
+LEVELS_RATIO = 15.0
+LEVELS_SAMPLES = 16_000
+LEVELS_AROUND = np.full(9, 1.0 / 9.0)
+LEVELS_ALIKE = 4
 
 
 @dataclass(frozen=True)
@@ -214,15 +222,64 @@ def denoise(codes: Floats, motion: Motion) -> Floats:
     return smooth
 
 
-def reference_of(codes: Floats, motion: Motion, lost: Floats) -> Reference:
-    """The yardsticks of a recording with noiseless ``codes``, of which some are ``lost``; it is the
-    beginning of the ``motion``."""
+def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) -> Reference:
+    """The yardsticks of a recording with noiseless ``codes``, of which some are ``lost``, and with
+    ``levels`` of strain at which it goes in steps; it is the beginning of the ``motion``."""
     duration_s = len(codes) * motion.dt_s
     low, span = codes.min(axis=0), np.ptp(codes, axis=0)
     strain = motion.strain[: len(codes)]
     curves = tuple(curve_of(u, strain) for u in codes.T)
     elastic = elastic_of(codes, replace(motion, strain=strain))
-    return Reference(codes[0].copy(), low, span, motion.start_s, duration_s, lost, curves, elastic)
+    rest, start_s = codes[0].copy(), motion.start_s
+    return Reference(rest, low, span, start_s, duration_s, lost, levels, curves, elastic)
+
+
+def levels_of(beside: Floats, smooth: Floats, motion: Motion) -> Floats:
+    """(channels, 3) how many levels there are in the range of what goes in steps, one of them, and
+    whether that is the strain (0) or the channel's own signal (1); zeros where nothing does.
+
+    ``beside`` (samples, channels): what a smooth history of the motion does not tell of the
+    residual; ``smooth``: noiseless codes. Few relays (Preisach) switch at the same levels again and
+    again: a line of its spectrum over strain, or over the signal.
+    """
+    step = -(-len(beside) // LEVELS_SAMPLES)
+    fast = beside - np.stack([np.convolve(c, LEVELS_AROUND, "same") for c in beside.T], axis=1)
+    share = (smooth - smooth.min(axis=0)) / np.maximum(np.ptp(smooth, axis=0), 1.0)
+    found = np.zeros((beside.shape[1], 3))
+    # A material is mostly the same on all channels, and so is the strain.
+    over_strain = _lines(LEVELS, motion.strain[::step], fast[::step])
+    at = int(np.argmax(over_strain.sum(axis=1)))
+    stands = over_strain[max(at - LEVELS_ALIKE, 0) : at + LEVELS_ALIKE + 1].max(axis=0)
+    stepping = stands > LEVELS_RATIO
+    if stepping.any():
+        found[stepping, :2] = _levels_near(LEVELS[at], motion.strain, fast[:, stepping])
+    for channel in range(len(found)):
+        own = _lines(LEVELS, share[::step, channel], fast[::step, channel : channel + 1])
+        if own.max() > max(LEVELS_RATIO, stands[channel]):
+            count = LEVELS[int(np.argmax(own))]
+            near = _levels_near(count, share[:, channel], fast[:, channel : channel + 1])
+            found[channel] = (*near, 1.0)
+    return found
+
+
+def _lines(counts: Floats, base: Floats, signals: Floats) -> Floats:
+    """(counts, n) power of ``signals`` (samples, n) that is periodic over ``base``, over what is
+    usual; the ends of the range count less."""
+    waves = np.exp(-2j * np.pi * np.outer(counts, base - 0.5)) * np.sin(np.pi * base) ** 2
+    power = np.abs(waves @ signals) ** 2
+    return np.asarray(power / np.median(power, axis=0))
+
+
+def _levels_near(count: float, base: Floats, signals: Floats) -> tuple[float, float]:
+    """How many levels there are in the range of ``base`` (samples,), close to ``count``, and one of
+    them, by what ``signals`` (samples, n) have in common."""
+    near = count + np.arange(-LEVELS_ALIKE, LEVELS_ALIKE, 0.1) * (LEVELS[1] - LEVELS[0])
+    best = float(near[np.argmax(_lines(near, base, signals).sum(axis=1))])
+    line = (np.exp(-2j * np.pi * best * (base - 0.5)) * np.sin(np.pi * base) ** 2) @ signals
+    # Steps upwards at x0 are sine waves from there on, beside the straight line that they make;
+    # squared, steps downwards are the same.
+    turns = (0.5 * np.angle((line**2).sum()) + 0.5 * np.pi) / (-2.0 * np.pi)
+    return best, float(0.5 + turns / best)
 
 
 def lost_codes(real: Recording, sim: Recording) -> Floats:

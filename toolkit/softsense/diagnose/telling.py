@@ -36,7 +36,9 @@ SIMILAR = 0.01
 UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
 # Where even two effects leave so much of it, something is there besides, or in their place.
-REMAINING_SHARE = 0.012
+REMAINING_SHARE = 0.02
+# What tails of spikes leave of any channel, in noise variances per sample.
+TAILS = 1.5
 # Above this share of one common walk, the walks of several channels have one cause. Independent
 # ones reach .93 of three channels, and .97 of two, once in a thousand.
 COMMON = {2: 0.985}
@@ -106,8 +108,9 @@ def tell(
     excess = sum(channel.excess * channel.sigma**2 for channel in channels)
     gap = float((raw**2).sum()) - raw.size * floor**2
     minor = kinds == {"interference"} and excess > UNKNOWN_SHARE * gap
-    # What tails of spikes leave is little of them.
-    tails = "spikes" in kinds and excess < REMAINING_ALONE * gap
+    # What tails of spikes leave is little of them, and little beside the noise.
+    most = max(channel.excess / channel.samples for channel in channels)
+    tails = "spikes" in kinds and excess < REMAINING_ALONE * gap and most < TAILS
     unknown = jerky and ((kinds <= {"spikes", "noise"} and not tails) or minor)
     unspoken = not found or minor or (edges and bool(best.names))
     unknown = unknown or (unspoken and _unknown(channels, best))
@@ -184,6 +187,7 @@ def tell(
             motion.dt_s,
             motion.start_s,
             channels[0].nominal.reference.lost,
+            channels[0].nominal.reference.levels,
         ),
         front_ends=dict(zip(sim.sensors, sim.front_ends, strict=True)),
         augmented=augmented,

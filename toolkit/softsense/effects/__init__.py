@@ -142,6 +142,8 @@ class Reference:
     ``rest``, ``low``, ``span``: (channels,) codes at its beginning, the lowest, and how many from
     there to the highest. ``start_s``, ``duration_s``: when it was. ``lost`` (stretches, 3): where
     codes never occurred in truth, the channel and the codes below and above them that did.
+    ``levels`` (channels, 3): how many there are in the range of what makes a channel go in steps,
+    one of them, and whether that is the strain (0) or its own signal (1); zeros where nothing does.
     ``curves``: of each channel, codes over strain; ``elastic``: the same where nothing lags behind.
     """
 
@@ -151,6 +153,7 @@ class Reference:
     start_s: float
     duration_s: float
     lost: Floats
+    levels: Floats
     curves: tuple[Curve, ...]
     elastic: tuple[Curve, ...]
 
@@ -271,6 +274,13 @@ class Nominal:
         return lost[lost[:, 0] == self.channel, 1:]
 
     @property
+    def levels(self) -> tuple[float, float, Floats]:
+        """How many levels there are at which the channel goes in steps, one of them, and (samples,)
+        what has them, its range from 0 to 1."""
+        count, first, own = self.reference.levels[self.channel]
+        return float(count), float(first), self.share if own else self.strain
+
+    @property
     def share(self) -> Floats:
         """(samples,) 0 … 1 of the span."""
         result: Floats = (self.u - self.low) / self.span
@@ -315,6 +325,7 @@ class Candidate:
     alone: float = np.inf
     quick: int = 0
     positive: bool = False
+    straight: bool = False
     moved: Callable[[], Floats] | None = None
 
     @property

@@ -57,9 +57,23 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
         Candidate(
-            _ladder(nominal, RUNGS), {}, "ladder", curved=True, pliable=True, largest=LARGEST
+            _ladder(nominal, RUNGS),
+            {},
+            "ladder",
+            curved=True,
+            pliable=True,
+            largest=LARGEST,
+            straight=True,
         ),
-        Candidate(_ladder(nominal, TEETH), {}, "table", curved=True, pliable=True, largest=LARGEST),
+        Candidate(
+            _ladder(nominal, TEETH),
+            {},
+            "table",
+            curved=True,
+            pliable=True,
+            largest=LARGEST,
+            straight=True,
+        ),
         Candidate(
             np.concatenate([_bits(nominal, BITS), _straight(nominal)], axis=1),
             {},

@@ -23,6 +23,8 @@ _REFERENCE_CYCLES = 100.0
 EDGE = 0.01
 # Where the signal is 0, in spans from where a recording begins.
 ABOUT = (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7)
+NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
+ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
 
 
 def simulate(
@@ -64,15 +66,16 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one way, one zero, or one time and order; what has none, all zeros."""
+    """The same around one way, one zero, or one time and order. All zeros besides, which an offset
+    makes equal."""
     if "zero" in values:
-        return _about(nominal, (values["zero"] * np.geomspace(0.6, 1.7, 9)).tolist())
+        return _about(nominal, [*ANYWHERE, *(values["zero"] + np.array(NEAR)).tolist()])
     if "ways" in values:
         return _logarithmic(nominal, (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist())
     if "part" in values:
         parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
         return _settling(nominal, parts, (0.8, 1.0, 1.25, 1.5, 1.75, 2.0))
-    return explain(nominal) + _about(nominal, np.linspace(-1.0, 1.0, 21).tolist())
+    return explain(nominal) + _about(nominal, ANYWHERE)
 
 
 def _time(nominal: Nominal) -> Floats:

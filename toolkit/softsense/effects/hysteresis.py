@@ -100,6 +100,16 @@ LADDERS = {
     "short": (0.1, 0.25, 0.6),
 }
 WAYS = np.array([0.03, 0.07, 0.15, 0.3, 0.6])
+# Widths of relays; and of plays that begin at rest, as relays of one density everywhere do.
+RELAYS = np.array([0.05, 0.12, 0.25, 0.45])
+RESTING = np.array([0.02, 0.05, 0.1, 0.2, 0.3, 0.45, 0.6, 0.8])
+# Widths of few relays, in steps from level to level, and orders of their curves.
+FEW_RELAYS = (
+    ((1, 2, 4, 8), 3),
+    ((1, 2, 4, 8), 5),
+    ((1, 2, 3, 4, 6, 8, 11, 16, 22, 30), 1),
+    ((1, 2, 3, 5, 8, 12, 18, 26), 3),
+)
 PULLS = (2.5, 5.0, 10.0, 20.0)
 # Of the range, around which curves are powers.
 MIDDLE = 0.5
@@ -107,19 +117,45 @@ MIDDLE = 0.5
 _BRANCHES, _CURVE = 4, 3
 
 
-def _preisach(base: Floats, keep: slice) -> Floats:
-    """(kept samples, columns) that a plane of relays can make of ``base`` (samples,).
+def _at_rest(first: Floats, widths: Floats) -> Floats:
+    """Plays of these ``widths`` that see ``first`` (widths,) and have come from the bottom of their
+    plane, whose relays are all off: those below it would switch outside of the range."""
+    return np.maximum(first - 0.5 * widths, 0.5 * widths)
+
+
+def _preisach(base: Floats, seen: Floats, widths: Floats, order: int) -> Floats:
+    """(samples, columns) that a plane of relays of these ``widths`` can make of ``base`` (samples,)
+    where they have ``seen`` (samples, widths) of it.
 
     Relays of one width switch where a play of half that width passes their middles, so a plane of
-    them is a sum of curves of plays (Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis).
+    them is a sum of curves of plays (Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis):
+    polynomials of this ``order``, less what is the same up and down.
     """
-    widths = np.array([0.05, 0.12, 0.25, 0.45])
-    signal = np.repeat(base[:, None], len(widths), axis=1)
-    played = play(signal, widths, signal[0].copy())[keep]
-    here = (base[keep] - MIDDLE)[:, None]
-    powers = [(played - MIDDLE) ** k - here**k for k in (1, 2, 3)]
-    static = [here**k - (base[0] - MIDDLE) ** k for k in (1, 2, 3)]
+    played = play(seen, widths, _at_rest(seen[0], widths))
+    here = (base - MIDDLE)[:, None]
+    orders = range(1, order + 1)
+    powers = [(played - MIDDLE) ** k - here**k for k in orders]
+    static = [here**k - (base[0] - MIDDLE) ** k for k in orders]
     return np.concatenate([*powers, *static], axis=1)
+
+
+@compiled
+def _last_level(base: Floats, count: float, first: float) -> Floats:
+    """(samples,) the level that ``base`` crossed last, of so many in its range; one is ``first``.
+
+    Before it has crossed any, the middle between two."""
+    held = np.empty_like(base)
+    below = np.floor((base[0] - first) * count)
+    level = below + 0.5
+    for k in range(len(base)):
+        now = np.floor((base[k] - first) * count)
+        if now > below:
+            level = now
+        elif now < below:
+            level = now + 1.0
+        below = now
+        held[k] = first + level / count
+    return held
 
 
 @compiled
@@ -169,8 +205,17 @@ def explain(nominal: Nominal) -> list[Candidate]:
         return kept
 
     @cache
+    def begun(base: int) -> Floats:
+        signal = np.repeat(bases[base][:, None], len(RESTING), axis=1)
+        made = play(signal, RESTING, _at_rest(signal[0], RESTING)) - signal
+        kept: Floats = made[nominal.keep] * nominal.span
+        return kept
+
+    @cache
     def relays(base: int) -> Floats:
-        return _preisach(bases[base], nominal.keep) * nominal.span
+        seen = np.repeat(bases[base][:, None], len(RELAYS), axis=1)
+        made: Floats = _preisach(bases[base], seen, RELAYS, _CURVE)[nominal.keep] * nominal.span
+        return made
 
     @cache
     def drawn(base: int, pull: float) -> Floats:
@@ -185,6 +230,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         two: list[Callable[[], Floats]] = [partial(sharp, form, base) for base in (0, 1)]
         result += [Candidate(made, {}, name) for made in [*two, beside(*two)]]
     for base in (0, 1):
+        result.append(Candidate(partial(begun, base), {}, "prandtl-ishlinskii"))
         result.append(Candidate(partial(relays, base), {}, "preisach", curved=True))
         for pull in PULLS:
             branches = partial(drawn, base, pull)
@@ -198,6 +244,28 @@ def explain(nominal: Nominal) -> list[Candidate]:
         curve = partial(_last, partial(relays, base), _CURVE)
         for form, part in (("dahl", slipped), ("prandtl-ishlinskii and dahl", mixed)):
             result.append(Candidate(beside(part, curve), {}, form, curved=True))
+    return result + _few_relays(nominal)
+
+
+def _few_relays(nominal: Nominal) -> list[Candidate]:
+    """Planes of relays at so few levels that their steps are seen: what they see is the level that
+    was crossed last. Steps upwards or downwards, which lie in between."""
+    count, first, base = nominal.levels
+    if not count:
+        return []
+    result = []
+    for level in (first, first + 0.5 / count):
+        crossed = _last_level(base, count, level)
+
+        def few(steps: tuple[int, ...], order: int, crossed: Floats = crossed) -> Floats:
+            widths = (np.array([step for step in steps if step < count]) - 0.5) / count
+            seen = np.repeat(crossed[:, None], len(widths), axis=1)
+            made = _preisach(base, seen, widths, order)[nominal.keep] * nominal.span
+            return np.asarray(made)
+
+        for steps, order in FEW_RELAYS:
+            made = partial(few, steps, order)
+            result.append(Candidate(made, {"levels": count}, "preisach", curved=True))
     return result
 
 
