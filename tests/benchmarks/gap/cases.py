@@ -614,6 +614,11 @@ NAMES = (
     "saturation adc_nonlinearity crosstalk interference spikes noise"
 ).split()
 CHANCE = {"random_walk", "spikes", "noise"}
+# In which order they act.
+CHAIN = (
+    "backlash delay hysteresis relaxation softening overshoot drift random_walk gain step lag "
+    "saturation crosstalk interference spikes noise adc_nonlinearity"
+).split()
 # Mechanisms that no catalogue entry describes; the last one for the held-out half only.
 FOREIGN = tuple(
     "contact load sticking ringing loose tremble touch tug bend gust knock pinch".split()
@@ -625,7 +630,8 @@ RETUNED = tuple("relaxation tau overshoot creep late settle pace memory slow qui
 def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> Case:
     """A case with the hidden effects ``names``, each 3 to 30 times the noise.
 
-    A name may be of ``NAMES``, of ``FOREIGN``, or ``retune:`` and one of ``RETUNED``.
+    A name may be of ``NAMES``, of ``FOREIGN``, or ``retune:`` and one of ``RETUNED``. Effects act
+    one after the other, from the drive to the converter, each on what those before it made.
     """
     rng = np.random.default_rng([seed, LAST * int(held_out)])
     channels = int(rng.integers(3, 8))
@@ -636,8 +642,8 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
     nominal, signals = sensors(np.random.default_rng(physics), x, channels)
     noise = rng.uniform(0.7, 2.2, channels)
     real = nominal.copy()
-    truth, onset, unseen = {}, None, False
-    for name in names:
+    truth, onset, unseen, seen = {}, None, False, x
+    for name in sorted(names, key=lambda name: CHAIN.index(name) if name in CHAIN else -1):
         some = rng.choice(channels, int(rng.integers(1, channels + 1)), replace=False)
         everywhere = name in WIDE or rng.random() < 0.4
         chosen = np.arange(channels) if everywhere else np.sort(some)
@@ -647,7 +653,11 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
         unseen = unseen or family == LAST
         if name in WIDE or name.startswith("retune:"):
             truth[name] = tuple(range(channels))
-            real += _moved(name, family, size, x, physics, channels, noise, nominal)
+            change, moved = _moved(name, family, size, x, physics, channels, noise, nominal)
+            real += change
+            if name in WIDE:
+                seen = seen + moved - x
+                signals = sensors(np.random.default_rng(physics), seen, channels)[1]
             continue
         truth[name] = tuple(int(c) for c in chosen)
         if name == "step":
@@ -656,10 +666,12 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
             # Parameters are shared by the channels, and chance is not.
             own = np.random.default_rng([stream, c] if name in CHANCE else stream)
             if name in FOREIGN:
-                change = _foreign(name, own, signals[:, c], real[:, c], x)
+                change = _foreign(name, own, signals[:, c], real[:, c], seen)
                 change *= size * noise[c] / _rms(change)
             else:
-                change = _change(name, family, own, size * noise[c], c, real, signals, x, t, onset)
+                change = _change(
+                    name, family, own, size * noise[c], c, real, signals, seen, t, onset
+                )
             real[:, c] += change
     names_ = tuple(f"s{c + 1}" for c in range(channels))
 
@@ -790,14 +802,15 @@ def _moved(
     channels: int,
     noise: Floats,
     nominal: Floats,
-) -> Floats:
-    """The same sensors under a moved clock, a drive with play, or with other parameters.
+) -> tuple[Floats, Floats]:
+    """What the same sensors read more under a moved clock, a drive with play, or with other
+    parameters; and the strain that they feel.
 
     As large as asked, or as large as such a change gets.
     """
     low, high = 1e-4, 1.0
     index = np.arange(len(x))
-    change = np.zeros_like(nominal)
+    change, seen = np.zeros_like(nominal), x
     for _ in range(18):
         middle = float(np.sqrt(low * high))
         seen, more = x, None
@@ -840,7 +853,7 @@ def _moved(
         change = sensors(rng, seen, channels, more)[0] - nominal
         ratio = float(np.median([_rms(change[:, c]) / noise[c] for c in range(channels)]))
         low, high = (middle, high) if ratio < size else (low, middle)
-    return change
+    return change, seen
 
 
 def _change(
@@ -968,7 +981,9 @@ def _change(
         if family == 4:  # tears over some seconds
             change *= np.minimum(since / 4.0, 1.0)
     else:
-        change = shape(rng, name, family, signals[:, channel], x / 0.4, t)
+        # A converter sees what has become of the signal.
+        seen = (own - own[0]) / 700.0 if name == "adc_nonlinearity" else signals[:, channel]
+        change = shape(rng, name, family, seen, x / 0.4, t)
         if name not in ("noise", "spikes"):
             change = change - change[0]
     return change * target / _rms(change)
