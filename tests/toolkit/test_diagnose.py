@@ -683,6 +683,48 @@ def test_a_specimen_that_slips_in_its_clamp_is_unknown(jumps: bool) -> None:
     assert result.data["unexplained"]["unknown_effect"]
 
 
+def test_a_lag_beside_clocks_that_run_apart_is_told_by_the_other_channels() -> None:
+    """On its own channel a little more skew would say most of it."""
+    x, codes = clean(61)
+    index = np.arange(len(x), dtype=float)
+    late = np.interp(index - 4.0 - index / 3000.0, index, x)
+    made = sensed(late)
+    made[:, 1:3] = filtered(made[:, 1:3], 0.09)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect for effect in result.data["effects"]}
+    assert found.keys() == {"delay", "lag"}
+    assert found["lag"]["channels"] == ["s2", "s3"]
+    assert abs(found["delay"]["parameters"]["delay_s"]["value"] - 0.2) < 0.02
+
+
+def test_a_carriage_that_rolls_on_in_its_play_is_backlash() -> None:
+    x, codes = clean(62)
+    rolled, at, pace = np.empty(len(x)), x[0], 0.0
+    for k, strain in enumerate(x):
+        free = at + pace
+        at = min(max(free, strain - 0.05), strain + 0.05)
+        pace = pace if at == free else strain - x[max(k - 1, 0)]
+        rolled[k] = at
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(rolled), 2))
+    assert result.effects == ("backlash",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+@pytest.mark.parametrize("rings", [False, True])
+def test_a_strain_that_no_play_or_delay_says_is_unknown(rings: bool) -> None:
+    """A spindle that is not even, or a frame that rings when it is struck."""
+    x, codes = clean(63)
+    away = 0.02 * np.sin(2.0 * np.pi * x / 0.07)
+    if rings:
+        knocks = np.random.default_rng(5).random(len(x)) < 0.003
+        k = np.arange(200) / RATE_HZ
+        away = np.convolve(knocks, np.exp(-k / 2.0) * np.sin(2.0 * np.pi * 1.7 * k))[: len(x)]
+        away *= 0.02 / away.std()
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(x + away), 2))
+    assert result.effects == ()
+    assert result.data["unexplained"]["unknown_effect"]
+
+
 def test_a_part_that_relaxes_at_another_pace_is_retuned() -> None:
     x, codes = clean(42)
 

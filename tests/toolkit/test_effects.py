@@ -304,13 +304,16 @@ def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
     made = [c for c in effect("delay").explain(nominal) if "delay_s" in c.values]
     made += effect("delay").zoom(nominal, {"delay_s": -0.3})
     made += effect("delay").zoom(nominal, {"delay_s": 0.2, "skew": 0.001})
+    made += effect("delay").fine.at(nominal, {"delay_s": 0.13})
+    made += effect("delay").fine.at(nominal, {"delay_s": 0.13, "course2": 0.05})
     assert {c.form for c in made} == {"smooth", "linear", "skewed", "wandering"}
     for candidate in made:
         late_s = candidate.values["delay_s"] + candidate.values.get("skew", 0.0) * 0.05 * index
+        passed = 2.0 * index / len(index) - 1.0
+        late_s += candidate.values.get("course2", 0.0) * (1.5 * passed**2 - 0.5)
         at = np.clip(index - late_s / 0.05, 0.0, index[-1])
         smooth = CubicSpline(index, codes[:, 0])(at)
         straight = np.interp(at, index, codes[:, 0])
-        # Of a wandering delay the first column is the delay that it wanders around.
         expected = smooth if candidate.form == "smooth" else straight
         np.testing.assert_allclose(candidate.columns[:, 0], expected - codes[:, 0], atol=1e-9)
 

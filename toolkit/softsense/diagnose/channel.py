@@ -12,12 +12,22 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.diagnose.design import Design, Entry, Fit, Group, Pick, Term
-from softsense.diagnose.nominal import AVERAGED_NOISE, slow_over
+from softsense.diagnose.design import COUNTED, Design, Entry, Fit, Group, Key, Pick, Term, further
+from softsense.diagnose.nominal import AVERAGED_NOISE, history_basis, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
-from softsense.effects import CALIBRATED, MARKS, STAGES, Candidate, Effect, Nominal, all_effects
+from softsense.effects import (
+    CALIBRATED,
+    EXACTLY,
+    STAGES,
+    Candidate,
+    Effect,
+    Nominal,
+    all_effects,
+)
 
 Floats = NDArray[np.float64]
+# What moves the strain, which all channels have in common.
+Held = tuple[Pick, ...]
 Item = TypeVar("Item")
 Result = TypeVar("Result")
 
@@ -65,8 +75,6 @@ OWN_RANDOM = 1.5
 CANCELLING = 2.0
 # One of several weights is alone where it is so much of all.
 ALONE = 0.95
-# Parameters that are whole numbers, and have no interval.
-COUNTED = frozenset({"source", "poles"}) | MARKS
 # 95 % of a chi-squared variable with one degree of freedom.
 CHI2_95 = 3.84
 # A random walk follows all that is slow: it must be far better than what says why.
@@ -139,6 +147,7 @@ class Channel:
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self.gain = likely_gain(residual[self._thin], sigma)
+        self._of_simulation = own, missed
         self._unchanged: dict[Hashable, list[Entry]] = {}
         bent = np.vander(nominal.share[self._thin], static.shape[1] // 2)
         curves = np.concatenate([static[self._thin], bent], axis=1)
@@ -203,7 +212,7 @@ class Channel:
 
     def _better_gain(self) -> float:
         """The same beside what the best model with a walk says."""
-        walks = [fit for names, fit in self._best.items() if WALK in names]
+        walks = [fit for (names, _), fit in self._best.items() if WALK in names]
         if not walks:
             return self.gain
         best = min(walks, key=self.price)
@@ -258,19 +267,25 @@ class Channel:
         self.walking = Design(base, columns, self.groups, self.gain, self._together)
         self._fits: dict[tuple[tuple[Pick, ...], int], Fit] = {}
         self._prices: dict[int, tuple[Fit, float]] = {}
-        self._worths: dict[tuple[tuple[Pick, ...], int, str], Floats] = {}
+        self._worths: dict[tuple[tuple[Pick, ...], int, str], tuple[Floats, Floats]] = {}
         self._whole: dict[Pick, Floats] = {}
-        self._best: dict[frozenset[str], Fit] = {}
+        self._best: dict[tuple[frozenset[str], Held], Fit] = {}
         self._by_fewer: dict[int, bool] = {}
+        self._numbers: dict[str, dict[Key, int]] = {}
         self._beside_curves: dict[Hashable, float] = {}
-        self._within: dict[frozenset[str], Fit] = {}
+        self._within: dict[tuple[frozenset[str], Held], Fit] = {}
 
     def zoom(
-        self, chosen: Iterable[Pick], beside: Container[str], moved: Mapping[str, Entry]
+        self,
+        chosen: Iterable[Pick],
+        beside: Container[str],
+        moved: Mapping[str, Entry],
+        fitted: Mapping[str, Sequence[Entry]],
     ) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else; where no effect can pay,
         not at all, and where it takes long, only at effects that say something alone, or are
-        promising ``beside`` others. Of the motion only at what is known to have ``moved`` it."""
+        promising ``beside`` others. Of the motion only at what is known to have ``moved`` it; and
+        at what was ``fitted`` to all channels."""
         if self.excess < self.effect_price:
             return
         chosen = set(chosen)
@@ -295,6 +310,8 @@ class Channel:
             if effect.zoom and (says or not self.long):
                 for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
                     found[name] += self._offered(self.nominal, name, dict(near))
+        for name, more in fitted.items():
+            found[name] += more
         self.gain = self._better_gain()
         self._take(found)
 
@@ -302,26 +319,96 @@ class Channel:
         """``fit``, or a cheaper one where every stage acts on what the stages before have done.
 
         Motion comes before material, and material before the electrical side, whose effects come
-        one after the other in either order. Where ``fit`` leaves enough to pay for an effect more,
-        all of ``names`` are tried: two that act on each other can say little side by side.
+        one after the other in either order; what moves the strain stays as it is in ``fit``. Where
+        that leaves enough to pay for an effect more, all of ``names`` are tried: two that act on
+        each other can say little side by side.
         """
         if len(names) == 1 and fit.static is None and self.left(fit) < self.effect_price:
             return fit
         begun = [fit]
         if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
-            begun.append(self.best(names))
-        if sum(all_effects()[name].stage == MOTION for name in names if name in self.entries) > 1:
-            begun.append(self._plain(names))
-        return self._upon_each_other_from(begun, fit)
+            rest = frozenset(n for n in names if n == WALK or all_effects()[n].stage != MOTION)
+            begun.append(self.best(rest, self.held(fit)))
+        return min([fit, *self._upon_each_other_from(begun)], key=self.price)
 
-    def composed_with(self, fit: Fit, names: frozenset[str], moved: Mapping[str, Entry]) -> Fit:
-        """``fit``, or a cheaper one that begins with the motion as another channel knows it."""
-        begin = dict(self.entries)
-        for name, other in moved.items():
-            again = self._again(self.nominal, name, other)
-            self.entries[name].append(replace(again, at=()))
-            begin[name] = self.entries[name][-1:]
-        return self._upon_each_other_from([self._among(begin, names)], fit)
+    def numbers(self, name: str) -> dict[Key, int]:
+        """Where the candidates of an effect stand, by what makes them."""
+        if name not in self._numbers:
+            self._numbers[name] = {
+                entry.key: k for k, entry in enumerate(self.entries[name]) if entry.at
+            }
+        return self._numbers[name]
+
+    def fine(self, nominal: Nominal, name: str, values: Mapping[str, float], form: str) -> Entry:
+        """The candidate of an effect with any ``values``, of a nominal signal."""
+        near = {EXACTLY: 1.0, **values}
+        made = offered(self._asked(all_effects()[name], nominal), name, near, "")
+        number = next((k for k, candidate in enumerate(made) if candidate.form == form), 0)
+        return self._entry(made[number], number, near, "")
+
+    def left_by(self, fit: Fit, picks: Iterable[Pick]) -> Floats:
+        """(searched samples,) of the residual that these ``picks`` of a fit and its static part
+        leave."""
+        chosen, rest = set(picks), self.residual[self._thin].copy()
+        for pick, weights in self.weighted(fit):
+            if pick in chosen:
+                rest -= self.entries[pick[0]][pick[1]].said(weights)
+        if fit.static is not None:
+            one = len(fit.static) == 1
+            rest -= fit.static[0] if one else self.static[self._thin] @ fit.static
+        return rest
+
+    def with_motion(self, fit: Fit, moved: Mapping[str, Entry]) -> Fit:
+        """The same where these entries are what moves the strain; ``fit`` where that moves nothing
+        or where it does not settle."""
+        picks = []
+        for name, number in fit.picks:
+            if name in moved:
+                self.entries[name].append(replace(moved[name], at=()))
+                number = len(self.entries[name]) - 1
+            picks.append((name, number))
+        if tuple(picks) == fit.picks:
+            return fit
+        made = self._upon_each_other_from([replace(fit, picks=tuple(picks))])
+        return min(made, key=self.price, default=fit)
+
+    def without(self, fit: Fit, name: str) -> Fit:
+        """The cheapest fit of ``fit`` without the effect ``name``, under the same motion."""
+        held = tuple(pick for pick in self.held(fit) if pick[0] != name)
+        rest = frozenset(n for n, _ in fit.picks if n != name and n not in dict(held))
+        keys = [(n, self.entries[n][k].key) for n, k in held]
+        there = tuple((n, self.numbers(n)[key]) for n, key in keys if key in self.numbers(n))
+        if rest or len(there) == len(held):
+            return self.within(rest, there)
+        # Its parameters are between those of the grid.
+        return self._composed(held, Fit(held, fit.errors, np.zeros(0), None))
+
+    def moved(self, fit: Fit, known: Sequence[str]) -> Channel:
+        """The channel as it is under the motion that ``fit`` has, with what that leaves and the
+        effects ``known`` upon it."""
+        change, moved = np.zeros(len(self.nominal.u)), None
+        for (name, number), weights in self.weighted(fit):
+            if all_effects()[name].stage == MOTION:
+                change += self.columns((name, number)) @ weights
+                moved = self.entries[name][number].candidate.moved
+        nominal = self.nominal.acting_on(self.nominal.u + change, moved)
+        history = history_basis(nominal.strain, nominal.dt_s)
+        left = self.residual - change
+        return Channel(nominal, left, self.sigma, self.static, known, *self._of_simulation, history)
+
+    def then(self, fit: Fit, trial: Channel, upon: Fit) -> Fit:
+        """The motion of ``fit``, and what ``upon`` has of a ``trial``, the channel under it."""
+        held, picks = self.held(fit), []
+        for name, number in upon.picks:
+            entry = trial.entries[name][number].apart()
+            self.entries[name].append(replace(entry, nominal=trial.nominal))
+            picks.append((name, len(self.entries[name]) - 1))
+        weights = np.concatenate([np.zeros(len(held)), upon.weights])
+        if len(upon.picks) == 1 and not len(upon.weights):
+            # It was alone, with a weight of 1.
+            weights = np.zeros(len(held) + 1)
+        begun = Fit((*held, *picks), upon.errors, weights, upon.static)
+        return min([begun, *self._upon_each_other_from([begun])], key=self.price)
 
     def moved_alone(self) -> dict[str, Entry]:
         """The effect of the motion that says most alone, and its best candidate."""
@@ -331,12 +418,17 @@ class Channel:
 
     def motion_of(self, fit: Fit) -> dict[str, Entry]:
         """The candidates of a fit that change the strain itself."""
-        picks = [pick for pick in fit.picks if all_effects()[pick[0]].stage == MOTION]
-        return {name: self.entries[name][number] for name, number in picks}
+        return {name: self.entries[name][number] for name, number in self.held(fit)}
 
-    def _upon_each_other_from(self, begun: Sequence[Fit], fit: Fit) -> Fit:
-        """``fit``, or the cheapest that some rounds come to from ``begun``."""
-        made = [fit]
+    def held(self, fit: Fit) -> Held:
+        """The picks of a fit that change the strain itself."""
+        return tuple(
+            pick for pick in fit.picks if pick[0] != WALK and all_effects()[pick[0]].stage == MOTION
+        )
+
+    def _upon_each_other_from(self, begun: Sequence[Fit]) -> list[Fit]:
+        """What some rounds come to from ``begun``."""
+        made = []
         for begin in begun:
             for ordered in _orders(begin.picks):
                 now, picks, before = begin, ordered, np.inf
@@ -349,7 +441,7 @@ class Channel:
                     if settled and self.price(now) > before - self.effect_price:
                         break
                     before = self.price(now)
-        return min(made, key=self.price)
+        return made
 
     def _settled(self, before: Fit, now: Fit) -> bool:
         """Whether what others have acted on, of ``before``, is what effects do ``now``."""
@@ -364,29 +456,6 @@ class Channel:
             if far > max(UNSETTLED * float(np.std(done)), self.sigma):
                 return False
         return True
-
-    def _plain(self, names: frozenset[str]) -> Fit:
-        """The cheapest fit with candidates of one parameter and a weight of 1.
-
-        Side by side, forms with more say what of play and delay comes of their acting on each
-        other, and hide their sizes.
-        """
-        plain = {
-            name: [
-                entry
-                for entry in self.entries[name]
-                if entry.at and entry.candidate.fixed and len(entry.candidate.values) == 1
-            ]
-            for name in names - {WALK}
-        }
-        return self._among(plain, names)
-
-    def _among(self, entries: Mapping[str, Sequence[Entry]], names: frozenset[str]) -> Fit:
-        """The cheapest fit of ``names`` side by side with candidates among these."""
-        trial = copy(self)
-        trial._take({name: entries[name] for name in names if name in entries})
-        fit = trial.best(names)
-        return replace(fit, picks=self._own(trial, fit.picks))
 
     def _own(self, trial: Channel, picks: Sequence[Pick]) -> tuple[Pick, ...]:
         """The picks of a ``trial``, whose candidates are among the entries from now on."""
@@ -431,7 +500,10 @@ class Channel:
             if acts_on_change(name, stage):
                 stage = all_effects()[name].stage
                 nominal = self.nominal.acting_on(self.nominal.u + change, moved)
-            if change.any():
+            if all_effects()[name].stage == MOTION:
+                again = self._again(nominal, name, self.entries[name][number])
+                made[name] = [replace(again, nominal=nominal)]
+            elif change.any():
                 made[name] = self._upon(nominal, name, number)
             else:
                 made[name] = self._once_more(name, number)
@@ -513,8 +585,8 @@ class Channel:
         candidates = [self.entries[name][number].candidate for name, number in picks]
         if any(candidate.curved for candidate in candidates):
             price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
-        price += STATIC_PRICE * self.samples * len(self._idle(fit))
-        more = sum(max(len(c.values.keys() - COUNTED) - 1, 0) for c in candidates)
+        price += STATIC_PRICE * self.samples * len(self.idle(fit, lasting=True))
+        more = sum(further(candidate) for candidate in candidates)
         price += PARAMETER_PRICE * self.guard * self.samples * more
         if any(candidate.pliable for candidate in candidates):
             price += self._share_price(PLIABLE_SHARE, fit)
@@ -524,13 +596,14 @@ class Channel:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
 
-    def _idle(self, fit: Fit) -> list[str]:
-        """Effects of the past whose columns hold a curve, and that add little else to it; and a
-        converter's curve that is little else than straight."""
+    def idle(self, fit: Fit, lasting: bool) -> list[str]:
+        """Effects of the past (``lasting``) whose columns hold a curve, and that add little else to
+        it; or else a converter's curve that is little else than straight."""
         result = []
         for (name, number), weights in self.weighted(fit):
             effect, entry = all_effects()[name], self.entries[name][number]
-            if not (effect.bent or (effect.lasting and entry.candidate.curved)):
+            curved = effect.lasting and entry.candidate.curved
+            if not (curved if lasting else effect.bent):
                 continue
             key = name, number, weights.tobytes()
             if key not in self._beside_curves:
@@ -571,6 +644,11 @@ class Channel:
         ordered = tuple(picks)
         return min((self._fit(ordered, static) for static in self._statics()), key=self.price)
 
+    def bare(self, picks: Iterable[Pick]) -> Fit:
+        """The fit of the picks without any static miscalibration, which would hide how far off they
+        are."""
+        return self._fit(tuple(picks), 0)
+
     def _statics_of(self, fit: Fit) -> tuple[int, ...]:
         """What is tried beside one effect more: what ``fit`` has, and none."""
         return (0,) if fit.static is None else (0, len(fit.static))
@@ -602,77 +680,85 @@ class Channel:
             result.append(Term(name, entry.at, fixed, stiff))
         return result
 
-    def best(self, names: frozenset[str]) -> Fit:
-        """The cheapest fit with exactly the effects ``names``, one candidate of each.
+    def best(self, names: frozenset[str], held: Held = ()) -> Fit:
+        """The cheapest fit with the candidates ``held`` and exactly the effects ``names`` besides,
+        one candidate of each.
 
         Where no effect can pay the empty fit stands for all, and where fewer effects say all that
         there is, those do.
         """
         if self.excess < self.effect_price or not names <= {WALK, *self.entries}:
-            names = frozenset()
-        if len(names) > 1 and WALK not in names and self._said_by_fewer(len(names)):
-            return min((self.best(names - {name}) for name in names), key=self.price)
-        if names not in self._best:
-            self._best[names] = self._search(names)
-        return self._best[names]
+            names, held = frozenset(), ()
+        count = len(names) + len(held)
+        if names and count > 1 and WALK not in names and self._said_by_fewer(count):
+            return min((self.best(names - {name}, held) for name in names), key=self.price)
+        if (names, held) not in self._best:
+            self._best[names, held] = self._search(names, held)
+        return self._best[names, held]
 
     def _said_by_fewer(self, count: int) -> bool:
         """Whether so many effects would cost more than fewer do, even if they left just noise."""
         if count not in self._by_fewer:
-            known = [names for names in self._best if WALK not in names and len(names) < count]
-            if sum(len(names) == 1 for names in known) < len(self.entries.keys() - {WALK}):
+            known = [fit for (names, held), fit in self._best.items() if WALK not in names]
+            fits = [fit for fit in known if len(fit.picks) < count]
+            singles = {fit.picks[0][0] for fit in fits if len(fit.picks) == 1}
+            if len(singles) < len(self.entries.keys() - {WALK}):
                 return False
-            fits = [self._best[names] for names in known]
             least = min(0.0, *map(self.left, fits)) - LESS_LEFT * self.samples
             more = (count + SECOND_PRICE * (count - 1)) * self.effect_price
             self._by_fewer[count] = min(map(self.price, fits)) < self.samples + least + more
         return self._by_fewer[count]
 
-    def _search(self, names: frozenset[str]) -> Fit:
+    def _search(self, names: frozenset[str], held: Held) -> Fit:
         if not names:
-            return self.fit(())
+            return self.fit(held)
         made = []
         for last in sorted(names):
-            fewer = self.best(names - {last})
+            fewer = self.best(names - {last}, held)
             others = dict(fewer.picks)
-            for static in self._statics() if len(names) == 1 else self._statics_of(fewer):
-                fit = self._beside(last, others, static)
+            alone = len(names) == 1 and not held
+            for static in self._statics() if alone else self._statics_of(fewer):
+                fit = self._beside(last, others, static, held)
                 made.append(fit)
-                made += self._otherwise(last, others, static, fit)
+                made += self._otherwise(last, others, static, fit, held)
         return min(made, key=self.price)
 
-    def chosen_again(self, fit: Fit) -> Fit:
+    def chosen_again(self, fit: Fit, held: Held = ()) -> Fit:
         """``fit``, or a cheaper one of the same effects: those chosen one after the other may stand
-        in each other's way, so that each begins once with its best candidate of every form."""
-        if len(fit.picks) < 2 or (WALK, 0) in fit.picks:
+        in each other's way, so that each but those ``held`` begins once with its best candidate of
+        every form."""
+        free = [name for name, _ in fit.picks if name not in dict(held)]
+        if len(free) < 2 or (WALK, 0) in fit.picks:
             return fit
         made, statics = [fit], {0, 0 if fit.static is None else len(fit.static)}
-        for name, _ in fit.picks:
+        for name in free:
             rest = {n: k for n, k in fit.picks if n != name}
             for static in statics:
-                worth = self._worth(tuple(rest.items()), static, name)
+                worth = self.worth(tuple(rest.items()), static, name)
                 best: dict[str, int] = {}
                 for number in np.argsort(-worth).tolist():
                     best.setdefault(self.entries[name][number].candidate.form, number)
                 for number in best.values():
-                    for last in rest:
+                    for last in set(free) - {name}:
                         begin = {n: k for n, k in rest.items() if n != last} | {name: number}
-                        made.append(self._beside(last, begin, static))
+                        made.append(self._beside(last, begin, static, held))
         return min(made, key=self.price)
 
-    def _otherwise(self, last: str, others: Mapping[str, int], static: int, fit: Fit) -> list[Fit]:
+    def _otherwise(
+        self, last: str, others: Mapping[str, int], static: int, fit: Fit, held: Held
+    ) -> list[Fit]:
         """The same without the candidates of ``fit`` whose weights are not as physics has them."""
         made: list[Fit] = []
         refused: set[Pick] = set()
         for _ in range(REFUSED):
             cancelling = self._cancelling(fit)
-            wrong = {*cancelling, *self._beyond(fit)}
+            wrong = {*cancelling, *self._beyond(fit)} - dict(held).keys()
             if not wrong:
                 break
             refused |= {pick for pick in fit.picks if pick[0] in wrong}
             refused |= {o for pick in fit.picks if pick[0] in cancelling for o in self._alike(pick)}
             free = {n: k for n, k in others.items() if n not in wrong}
-            fit = self._beside(last, free, static, wrong, refused)
+            fit = self._beside(last, free, static, held, wrong, refused)
             made.append(fit)
         return made
 
@@ -691,19 +777,20 @@ class Channel:
         last: str,
         others: Mapping[str, int],
         static: int,
+        held: Held = (),
         more: Iterable[str] = (),
         refused: Container[Pick] = (),
     ) -> Fit:
         """The best candidate of ``last`` beside ``others``, then of ``more`` and of the others
-        beside it; none that is ``refused``."""
-        picks, made = dict(others), []
-        names = (last, *sorted({*others, *more} - {last}))
+        beside it, but for those ``held``; none that is ``refused``."""
+        picks, made = {**others, **dict(held)}, []
+        names = (last, *sorted({*others, *more} - {last, *dict(held)}))
         for _ in range(PASSES):
             before = dict(picks)
             for name in names:
                 rest = [(n, k) for n, k in picks.items() if n != name]
                 picks[name] = self._choose(rest, static, name, refused)
-                if len(picks) == len(names):
+                if len(picks) == len(names) + len(held):
                     made.append(self._fit(tuple(sorted(picks.items())), static))
             if picks == before:
                 break
@@ -745,40 +832,52 @@ class Channel:
         """The candidate of an effect that fits best beside ``picks``, of those not ``refused``."""
         if name == WALK:
             return 0
-        worth = self._worth(picks, static, name)
+        worth = self.worth(picks, static, name)
         best = int(np.argmax(worth))
         if (name, best) in refused:
             left = [-np.inf if (name, k) in refused else own for k, own in enumerate(worth)]
             best = int(np.argmax(left))
         return best
 
-    def _worth(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
+    def worth(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
         """(candidates,) of an effect: what each gains beside ``picks``, less what it costs."""
+        return self._worth_and_left(picks, static, name)[0]
+
+    def left_by_each(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
+        """(candidates,) of an effect: squares per sample, in noise variances, that each leaves
+        beside ``picks``, on time that is seen, and what its parameters cost."""
+        return self._worth_and_left(picks, static, name)[1]
+
+    def _worth_and_left(
+        self, picks: Sequence[Pick], static: int, name: str
+    ) -> tuple[Floats, Floats]:
         key = tuple(sorted(picks)), static, name
         if key not in self._worths:
             self._worths[key] = self._worth_beside(*key)
         return self._worths[key]
 
-    def _worth_beside(self, picks: Sequence[Pick], static: int, name: str) -> Floats:
+    def _worth_beside(self, picks: Sequence[Pick], static: int, name: str) -> tuple[Floats, Floats]:
         group = self.groups[name]
         gained, error = self._design(picks).gains(self._terms(picks), static, name)
         gains: Floats = gained / self.sigma**2
+        all_left: Floats = error / self.sigma**2 - gains
         share: Floats = np.full(len(gains), CURVED_SHARE * self.excess)
         if (WALK, 0) not in picks:
-            left = error / self.sigma**2 - gains - self.design.chosen_by
-            share = np.minimum(share, SHARE_OF_LEFT * np.maximum(left, 0.0))
+            beyond = np.maximum(all_left - self.design.chosen_by, 0.0)
+            share = np.minimum(share, SHARE_OF_LEFT * beyond)
         costs = WEIGHT_PRICE * group.free_widths
         costs = costs + group.curved * (CURVED_PRICE * self.samples + share)
-        worth: Floats = gains - costs
-        return worth
+        left = all_left / self.design.chosen_by + PARAMETER_PRICE * self.guard * group.further
+        return gains - costs, left
 
-    def within(self, names: frozenset[str]) -> Fit:
-        """The cheapest fit with any of the effects ``names``, or none."""
-        if names not in self._within:
-            fits = [self.best(names)]
-            fits += [self.within(names - {name}) for name in names]
-            self._within[names] = min(fits, key=self.price)
-        return self._within[names]
+    def within(self, names: frozenset[str], held: Held = ()) -> Fit:
+        """The cheapest fit with the candidates ``held`` and any of the effects ``names``, or none
+        besides."""
+        if (names, held) not in self._within:
+            fits = [self.best(names, held)]
+            fits += [self.within(names - {name}, held) for name in names]
+            self._within[names, held] = min(fits, key=self.price)
+        return self._within[names, held]
 
     def interval(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
         """The parameter ``key`` of the effect ``name`` in a fit, and its 95 % interval.
@@ -787,11 +886,28 @@ class Channel:
         likelihood ratio), widened by how far the residual is from white noise of its stated size.
         At least half a step of the grid to either side, and a whole one at its end.
         """
-        if any(n != WALK and self.entries[n][k].nominal is not None for n, k in fit.picks):
+        entries = [(n, self.entries[n][k]) for n, k in fit.picks if n != WALK]
+        if any(n == name and EXACTLY in (entry.near or {}) for n, entry in entries):
+            return self._interval_around(fit, name, key)
+        if any(entry.nominal is not None for _, entry in entries):
             # Upon what other effects do, as those are that it is compared with.
             trial = self._upon_each_other(fit.picks, fit)
             return trial._interval(trial.fit((name, 0) for name, _ in fit.picks), name, key)
         return self._interval(fit, name, key)
+
+    def _interval_around(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
+        """The same of one that is on no grid, by what a small step of it does."""
+        fine = all_effects()[name].fine
+        entry = self.entries[name][dict(fit.picks)[name]]
+        assert fine is not None
+        step, values = fine.steps[key], entry.candidate.values
+        nominal = entry.nominal or self.nominal
+        moved = self.fine(nominal, name, {**values, key: values[key] + step}, entry.candidate.form)
+        bend = float(((moved.columns - entry.columns) ** 2).sum()) / (step * self.sigma) ** 2
+        noise = max(float(fit.errors.sum()) / self.sigma**2 / self.samples, 1.0)
+        half = float(np.sqrt(CHI2_95 * noise / max(bend, 1e-30)))
+        value = float(values[key])
+        return value, value - half, value + half
 
     def _interval(self, fit: Fit, name: str, key: str) -> tuple[float, float, float]:
         picks = dict(fit.picks)
@@ -902,6 +1018,9 @@ def offered(
     effect = all_effects()[name]
     if near is None:
         made = effect.explain(nominal) if effect.explain else []
+    elif EXACTLY in near:
+        assert effect.fine is not None, name
+        return effect.fine.at(nominal, {k: v for k, v in near.items() if k != EXACTLY})
     else:
         assert effect.zoom is not None, name
         made = effect.zoom(nominal, near)

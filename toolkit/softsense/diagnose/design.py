@@ -18,12 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose.walk import innovations
-from softsense.effects import Candidate, Nominal
+from softsense.effects import MARKS, Candidate, Nominal
 from softsense.effects.operators import compiled
 
 Floats = NDArray[np.float64]
 Pick = tuple[str, int]
+# A candidate as all channels know it: its number, and what it is near.
+Key = tuple[int, tuple[tuple[str, float], ...] | None]
 
+# Parameters that are whole numbers, and have no interval.
+COUNTED = frozenset({"source", "poles"}) | MARKS
 BLOCKS = 12
 # So many groups of columns are kept in full for what is asked next.
 KEPT = 24
@@ -67,10 +71,22 @@ class Entry:
         return said.astype(np.float64)
 
     @property
+    def key(self) -> Key:
+        """The same for the same candidate of another channel."""
+        return self.number, None if self.near is None else tuple(sorted(self.near.items()))
+
+    @property
     def width(self) -> int:
         """How many columns."""
         width: int = self.columns.shape[1]
         return width
+
+
+def further(candidate: Candidate) -> int:
+    """How many parameters it has beyond a first one; those that are numbered are as good as two."""
+    keys = candidate.values.keys() - COUNTED
+    kinds = {key.rstrip("0123456789") for key in keys}
+    return max(len(kinds) + len(kinds - keys) - 1, 0)
 
 
 @dataclass(frozen=True)
@@ -117,6 +133,7 @@ class Group:
         self.fixed = np.array([entry.candidate.fixed for entry in entries])
         self.free_widths = np.where(self.fixed, 0, widths)
         self.curved = np.array([entry.candidate.curved for entry in entries])
+        self.further = np.array([further(entry.candidate) for entry in entries])
 
 
 class Design:

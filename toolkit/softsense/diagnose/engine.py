@@ -21,6 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
 from softsense.diagnose.channel import WALK, Channel, acts_on_change, all_at_once, explained
+from softsense.diagnose.moved import together
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
@@ -34,8 +35,8 @@ from softsense.diagnose.nominal import (
     spline_basis,
     told,
 )
-from softsense.diagnose.search import Model, search
-from softsense.diagnose.vetting import vetted
+from softsense.diagnose.search import Model, moving, search
+from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted
 from softsense.effects import Nominal, Reference, all_effects
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
@@ -52,6 +53,12 @@ HEARINGS = 4
 CURVES = ("adc_nonlinearity", "saturation")
 # How much louder a recording may be than its simulation, where lost codes hide how loud it is.
 LOUDER = 1.5
+# What any strain leaves of one channel, in noise variances, is too little for other effects where
+# play or a delay leaves less than this share of the gap.
+SAYS_ALL = 1.0
+SETTLED = 0.02
+# What is the same on all channels looks like a strain.
+ALIKE = frozenset({"lag", "gain"})
 # A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
 
@@ -188,28 +195,47 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     beside = residual - slow
     reference = reference_of(smooth, motion, lost, levels_of(beside, smooth, motion))
     plain = [f for f in variance.evident(beside, motion, coarse) if f.name not in without]
+    alone = nominals(smooth, smooth, motion, sim.adc_bits, reference)
+    # Spikes on all channels at once look like a strain; tones are kept, for a drive may ring.
+    spikes = [finding for finding in plain if finding.name == "spikes"]
+    hit = np.any(np.abs(beside - variance.cleaned(beside, spikes, motion)) > noise_rms(residual), 1)
+    strain = together(alone, residual, noise_rms(residual), np.flatnonzero(~hit))
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
-    channels = _channels(smooth, motion, quiet, own, missed, reference, sim.adc_bits, known)
-    models, jerky = vetted(channels, search(channels, known), motion)
-    left = residual - said(channels, models[0])
-    found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse)
+
+    def looked(residual: Floats, names: Sequence[str]) -> tuple[list[Channel], Vetted]:
+        made = _channels(smooth, motion, residual, own, missed, reference, sim.adc_bits, names)
+        return made, vetted(made, search(made, names), motion, strain)
+
+    settled = False
+    if strain.left < min(SAYS_ALL, MOST * strain.gap):
+        # Where play or a delay says it too, there is nothing else to look for.
+        channels, checked = looked(quiet, [name for name in known if name in moving() | ALIKE])
+        settled = checked.models[0].names <= moving()
+        settled = settled and left_share(channels, checked.models[0]) < SETTLED
+    if not settled:
+        channels, checked = looked(quiet, known)
+    left = residual - said(channels, checked.models[0])
+    found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
     tones = [finding.value for finding in found if finding.name == "interference"]
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
-    if again:
+    if again and not settled:
         # Spikes and lines had been taken for noise, or too much for a line.
-        channels = _channels(smooth, motion, better, own, missed, reference, sim.adc_bits, known)
-        models, jerky = vetted(channels, search(channels, known), motion)
-        left = residual - said(channels, models[0])
+        channels, checked = looked(better, known)
+        left = residual - said(channels, checked.models[0])
     if again or tones:
-        found = _found(left, models[0], residual, sim.codes - smooth, motion, coarse, tones)
+        found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
+    tone = any(finding.name == "interference" for finding in found)
+    if tone and strain.left < MOST * strain.gap:
+        # A tone reads otherwise on each channel, and not as they answer a strain.
+        checked = replace(checked, strained_otherwise=True)
     from softsense.diagnose.telling import tell
 
-    return tell(sim, real, motion, smooth, channels, models, jerky, found, nameless, seed)
+    return tell(sim, real, motion, smooth, channels, checked, found, nameless, seed)
 
 
 def augment(diagnosis: Diagnosis, sim: Recording) -> Recording:

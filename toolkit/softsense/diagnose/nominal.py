@@ -44,7 +44,9 @@ MORE_LOST = 4.0
 # How many levels the range of strain may have; a line among them stands out so much; and the
 # samples that are looked at, less their mean around them. Lines of several channels are one within
 # so many steps of ``LEVELS``.
-LEVELS = np.arange(8.0, 64.0, 0.1)
+LEVELS_STEP = 0.1
+LEVELS = np.arange(8.0, 64.0, LEVELS_STEP)
+BINS = 4096
 LEVELS_RATIO = 15.0
 LEVELS_SAMPLES = 16_000
 LEVELS_AROUND = np.full(9, 1.0 / 9.0)
@@ -247,14 +249,14 @@ def levels_of(beside: Floats, smooth: Floats, motion: Motion) -> Floats:
     share = (smooth - smooth.min(axis=0)) / np.maximum(np.ptp(smooth, axis=0), 1.0)
     found = np.zeros((beside.shape[1], 3))
     # A material is mostly the same on all channels, and so is the strain.
-    over_strain = _lines(LEVELS, motion.strain[::step], fast[::step])
+    over_strain = _lines(motion.strain[::step], fast[::step])
     at = int(np.argmax(over_strain.sum(axis=1)))
     stands = over_strain[max(at - LEVELS_ALIKE, 0) : at + LEVELS_ALIKE + 1].max(axis=0)
     stepping = stands > LEVELS_RATIO
     if stepping.any():
         found[stepping, :2] = _levels_near(LEVELS[at], motion.strain, fast[:, stepping])
     for channel in range(len(found)):
-        own = _lines(LEVELS, share[::step, channel], fast[::step, channel : channel + 1])
+        own = _lines(share[::step, channel], fast[::step, channel : channel + 1])
         if own.max() > max(LEVELS_RATIO, stands[channel]):
             count = LEVELS[int(np.argmax(own))]
             near = _levels_near(count, share[:, channel], fast[:, channel : channel + 1])
@@ -262,20 +264,28 @@ def levels_of(beside: Floats, smooth: Floats, motion: Motion) -> Floats:
     return found
 
 
-def _lines(counts: Floats, base: Floats, signals: Floats) -> Floats:
-    """(counts, n) power of ``signals`` (samples, n) that is periodic over ``base``, over what is
-    usual; the ends of the range count less."""
-    waves = np.exp(-2j * np.pi * np.outer(counts, base - 0.5)) * np.sin(np.pi * base) ** 2
-    power = np.abs(waves @ signals) ** 2
+def _lines(base: Floats, signals: Floats) -> Floats:
+    """(levels, n) power of ``signals`` (samples, n) that is periodic over ``base`` so often as
+    ``LEVELS`` says, over what is usual; the ends of the range count less.
+
+    By way of bins that are far narrower than such a level.
+    """
+    bins = np.clip((base * BINS).astype(np.intp), 0, BINS - 1)
+    weight = np.sin(np.pi * base) ** 2
+    binned = np.stack([np.bincount(bins, weight * one, BINS) for one in signals.T])
+    waves = np.fft.rfft(binned, round(BINS / LEVELS_STEP))
+    power = np.abs(waves[:, np.rint(LEVELS / LEVELS_STEP).astype(np.intp)].T) ** 2
     return np.asarray(power / np.median(power, axis=0))
 
 
 def _levels_near(count: float, base: Floats, signals: Floats) -> tuple[float, float]:
     """How many levels there are in the range of ``base`` (samples,), close to ``count``, and one of
     them, by what ``signals`` (samples, n) have in common."""
-    near = count + np.arange(-LEVELS_ALIKE, LEVELS_ALIKE, 0.1) * (LEVELS[1] - LEVELS[0])
-    best = float(near[np.argmax(_lines(near, base, signals).sum(axis=1))])
-    line = (np.exp(-2j * np.pi * best * (base - 0.5)) * np.sin(np.pi * base) ** 2) @ signals
+    near = count + np.arange(-LEVELS_ALIKE, LEVELS_ALIKE, 0.1) * LEVELS_STEP
+    weighted = signals * np.sin(np.pi * base)[:, None] ** 2
+    lines = np.exp(-2j * np.pi * np.outer(near, base - 0.5)) @ weighted
+    at = int(np.argmax((np.abs(lines) ** 2).sum(axis=1)))
+    best, line = float(near[at]), lines[at]
     # Steps upwards at x0 are sine waves from there on, beside the straight line that they make;
     # squared, steps downwards are the same.
     turns = (0.5 * np.angle((line**2).sum()) + 0.5 * np.pi) / (-2.0 * np.pi)

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import combinations
 
+from softsense.diagnose import moved
 from softsense.diagnose.channel import (
     LESS_LEFT,
     MOTION,
@@ -16,7 +18,7 @@ from softsense.diagnose.channel import (
     all_at_once,
     beside_walk,
 )
-from softsense.diagnose.design import Entry, Fit
+from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 
 Names = frozenset[str]
@@ -31,6 +33,20 @@ COMPOSED_WALKS = 3
 CHOSEN_AGAIN = 4
 # Single effects that are looked at once more, as those of pairs are.
 REFINED = 4
+# How often candidates of the motion are chosen beside others, around how many they are looked at
+# closely, and how often they are fitted, while that gains so many noise variances of one channel.
+CHOSEN_ROUNDS = 3
+CLOSELY = 2
+FITTED_ROUNDS = 2
+LEAST_FITTED = 0.02
+# How many kinds of parameters a motion may have, the last of which is free to go anywhere: where so
+# much is left, in noise variances of one channel, and no more than this share of the gap.
+STAGES = 3
+LEAST_FREE = 1.5
+MOST_FREE = 0.3
+# A motion that leaves less of the gap is taken as known, and so many others are tried upon it.
+MOVES = 0.5
+UPON = 3
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel.
 AT_FIRST = 2
@@ -49,6 +65,8 @@ NAME_PRICE = 0.25
 NAME_SHARE = 0.002
 # A third one, and each further: what two equations leave that are both only nearly right.
 THIRD_PRICE = 0.5
+# A converter's curve that is nowhere more than a straight line.
+STRAIGHT_PRICE = 0.5
 # An effect of the motion that is not named on all channels.
 PARTIAL_PRICE = 0.1
 # The same of the second and third where all are exact.
@@ -72,8 +90,45 @@ class Model:
 
 
 def model(channels: Sequence[Channel], names: Names) -> Model:
-    """The cheapest fits with any of the effects ``names``."""
+    """The cheapest fits with any of the effects ``names``; what moves the strain is the same
+    wherever it is named."""
+    if names & moving():
+        return _moved(channels, names)
     return leaner(channels, priced(channels, tuple(channel.within(names) for channel in channels)))
+
+
+@cache
+def moving() -> Names:
+    """Effects of the motion."""
+    return frozenset(name for name, effect in all_effects().items() if effect.stage == MOTION)
+
+
+def _moved(channels: Sequence[Channel], names: Names) -> Model:
+    """The cheapest model with any of ``names``, some of which move the strain: their candidates are
+    chosen before the others on each channel, or beside those, until they stay."""
+    motion, rest = sorted(names & moving()), names - moving()
+    made = []
+    for begin in dict.fromkeys((frozenset[str](), rest)):
+        held: dict[str, Key] = {}
+        fits = [channel.best(begin) for channel in channels]
+        for _ in range(CHOSEN_ROUNDS):
+            before = dict(held)
+            for name in motion:
+                key = moved.chosen(channels, fits, held, name)
+                if key is not None:
+                    held[name] = key
+            if held == before:
+                break
+            fits = [c.within(rest, moved.picks_of(c, held)) for c in channels]
+            still = [channel.within(rest) for channel in channels]
+            some = [
+                min(two, key=channel.price)
+                for channel, *two in zip(channels, fits, still, strict=True)
+            ]
+            made += [leaner(channels, priced(channels, tuple(each))) for each in (fits, some)]
+    if not made:
+        return model(channels, rest)
+    return min(made, key=lambda one: one.price)
 
 
 def leaner(channels: Sequence[Channel], made: Model) -> Model:
@@ -82,12 +137,12 @@ def leaner(channels: Sequence[Channel], made: Model) -> Model:
     for number, (channel, fit) in enumerate(zip(channels, made.fits, strict=True)):
         own = frozenset(name for name, _ in fit.picks)
         for name in sorted(own) if len(own) > 1 and WALK not in made.names else ():
-            fewer = channel.within(own - {name})
+            fewer = channel.without(fit, name)
             saved = len(made.names) * NAME_SHARE * channel.excess
             if channel.price(fewer) < channel.price(fit) + saved:
                 fits = (*made.fits[:number], fewer, *made.fits[number + 1 :])
                 other = priced(channels, fits)
-                if other.names == made.names and other.price < made.price:
+                if other.price < made.price:
                     made = other
     return made
 
@@ -101,6 +156,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     # A clock, or play in the drive, is the same for all channels.
     price += PARTIAL_PRICE * channels[0].samples * sum(_partial(fits, name) for name in names)
     price += THIRD_PRICE * channels[0].samples * max(len(names) - 2, 0)
+    price += STRAIGHT_PRICE * channels[0].samples * len(_straight(channels, fits))
     if _on_the_same(fits, names):
         left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
         share = min(SAME_CHANNELS_SHARE * gap, SHARE_OF_LEFT * max(left, 0.0))
@@ -127,6 +183,16 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         for name in names
     ]
     return Model(names, fits, price + sum(costs) + shares)
+
+
+def _straight(channels: Sequence[Channel], fits: Sequence[Fit]) -> set[str]:
+    """Curves of a converter that are little else than straight wherever they are named."""
+    idle = [set(c.idle(fit, lasting=False)) for c, fit in zip(channels, fits, strict=True)]
+    bent = [
+        {n for n, _ in fit.picks if n != WALK and all_effects()[n].bent} - own
+        for own, fit in zip(idle, fits, strict=True)
+    ]
+    return set[str]().union(*idle) - set[str]().union(*bent)
 
 
 def _by_chance(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> bool:
@@ -158,12 +224,12 @@ def _on_the_same(fits: Sequence[Fit], names: Names) -> bool:
     return len(names) > 1 and len(named) < len(fits) and all(each == names for each in named)
 
 
-def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
+def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
     """Models by price, cheapest first: none, every single effect, and what builds on the best.
 
     The grids are looked at coarsely first, then closely where a fit has chosen a point.
     """
-    coarse = _models(channels, known)
+    coarse = _models(channels, names)
     if not coarse[0].names:
         return coarse
     most = ZOOMED_OF_LONG if channels[0].long else ZOOMED
@@ -175,35 +241,59 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
 
     # What does not pay on the coarse grid may pay on the fine one.
     chosen = [
-        {pick for m in near for fit in (m.fits[c], channels[c].best(m.names)) for pick in fit.picks}
+        {
+            pick
+            for m in near
+            for fit in (
+                m.fits[c],
+                channels[c].best(m.names - moving(), channels[c].held(m.fits[c])),
+            )
+            for pick in fit.picks
+        }
         for c in range(len(channels))
     ]
-    # What happened at one time on most channels is looked for there on all.
+    # What happened at one time on most channels is looked for there on all, and so is the motion.
     votes = Counter(pick for picks in chosen for pick in picks if pick[0] == "step")
     common = {pick for pick, count in votes.most_common(1)}
+    fitted: list[dict[str, list[Entry]]] = [{} for _ in channels]
+    for name in moving() & set(names):
+        votes = Counter(pick for picks in chosen for pick in picks if pick[0] == name)
+        common |= {pick for pick, count in votes.most_common(CLOSELY)}
+        alone = moved.chosen(channels, [c.best(frozenset()) for c in channels], {}, name)
+        if alone is None:
+            continue
+        picks = [moved.picks_of(channel, {name: alone}) for channel in channels]
+        common |= {pick for own in picks for pick in own}
+        fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
+        for stage in range(STAGES - 1):
+            entries = moved.refined(channels, fits, stage)
+            for own, made in zip(fitted, entries or (), strict=False):
+                own.setdefault(name, []).append(made[name])
+    chosen = [{pick for pick in picks if pick[0] not in moving()} | common for picks in chosen]
 
-    numbers = sorted(range(len(channels)), key=lambda c: -channels[c].excess)
-    moved: dict[str, Entry] = {}
+    order = sorted(range(len(channels)), key=lambda c: -channels[c].excess)
+    known: dict[str, Entry] = {}
 
     def zoom(number: int) -> None:
-        channels[number].zoom(chosen[number] | common, beside, moved)
+        channels[number].zoom(chosen[number], beside, known, fitted[number])
 
     if channels[0].long:
-        # The strain is the same on all channels: where the gap is largest says how it moved.
-        zoom(numbers[0])
-        moved = channels[numbers.pop(0)].moved_alone()
-    all_at_once(zoom, numbers)
-    fine = _chosen_again(channels, _models(channels, known))
+        # Where the gap is largest says how the strain moved.
+        zoom(order[0])
+        known = channels[order.pop(0)].moved_alone()
+    all_at_once(zoom, order)
+    fine = _chosen_again(channels, _models(channels, names))
+    fine = by_price([*fine, *(_moves(channels, name) for name in sorted(moving() & set(names)))])
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
     kinds.append([m for m in fine if len(m.names) == 1 and WALK not in m.names][:REFINED])
     several = [made for kind in kinds for made in kind[:AT_FIRST]]
     later = [made for kind in kinds for made in kind[AT_FIRST:]]
-    moving = frozenset(name for name in known if all_effects()[name].stage == MOTION)
-    if fine[0].names & moving and moving not in [made.names for made in several]:
+    both = moving() & set(names)
+    if fine[0].names & both and both not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
-        several.append(replace(model(channels, moving), names=moving))
+        several.append(replace(model(channels, both), names=both))
     if channels[0].long:
         several, later = [made for made in fine[:1] if len(made.names) > 1], []
     done = _composed(channels, several, fine[0].price)
@@ -211,8 +301,21 @@ def search(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
     best = by_price([fine[0], *(after for _, after in done)])[0]
     if told or _left(channels, best) > UNTOLD * sum(channel.effect_price for channel in channels):
         done += _composed(channels, later, fine[0].price)
+    done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     return _walk_last(channels, by_price([*untouched, *(after for _, after in done)]))
+
+
+def _moves(channels: Sequence[Channel], name: str) -> Model:
+    """An effect of the motion alone, fitted to all channels at once from the best of each form."""
+    best = nothing = priced(channels, tuple(channel.best(frozenset()) for channel in channels))
+    for key in moved.forms(channels, nothing.fits, name):
+        picks = [moved.picks_of(channel, {name: key}) for channel in channels]
+        fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
+        best = by_price([best, _fitted(channels, priced(channels, tuple(fits)), 0)])[0]
+        if _left(channels, best) < LEAST_FREE * channels[0].samples:
+            break
+    return refined(channels, best)
 
 
 def _chosen_again(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
@@ -223,7 +326,8 @@ def _chosen_again(channels: Sequence[Channel], models: list[Model]) -> list[Mode
     several = _may_pay(channels, several, models[0].price)
 
     def again(number: int) -> list[Fit]:
-        return [channels[number].chosen_again(made.fits[number]) for made in several]
+        channel, fits = channels[number], [made.fits[number] for made in several]
+        return [channel.chosen_again(fit, channel.held(fit)) for fit in fits]
 
     by_channel = all_at_once(again, range(len(channels)))
     better = [leaner(channels, priced(channels, fits)) for fits in zip(*by_channel, strict=True)]
@@ -270,36 +374,67 @@ def _composed(
         return [channels[number].composed(made.fits[number], made.names) for made in several]
 
     by_channel = all_at_once(compose, range(len(channels)))
-    made = [list(fits) for fits in zip(*by_channel, strict=True)]
-    # The strain is the same on all channels: where one says it well, others begin there.
-    moved = [_moved(channels, fits) for fits in made]
-
-    def together(number: int) -> list[Fit]:
-        channel, result = channels[number], []
-        for known, fits, before in zip(moved, made, several, strict=True):
-            fit = fits[number]
-            if known and channel.left(fit) > channel.effect_price:
-                fit = channel.composed_with(fit, before.names, known)
-            result.append(fit)
-        return result
-
-    if any(moved):
-        made = [
-            list(fits) for fits in zip(*all_at_once(together, range(len(channels))), strict=True)
-        ]
-    after = (leaner(channels, priced(channels, tuple(fits))) for fits in made)
-    return list(zip(several, after, strict=True))
-
-
-def _moved(channels: Sequence[Channel], fits: Sequence[Fit]) -> dict[str, Entry]:
-    """What the largest gap that ``fits`` explain says of the motion."""
-    well = [
-        (channel.excess, channel.motion_of(fit))
-        for channel, fit in zip(channels, fits, strict=True)
-        if channel.left(fit) < channel.effect_price
+    after = [
+        leaner(channels, priced(channels, tuple(fits))) for fits in zip(*by_channel, strict=True)
     ]
-    said = [(excess, motion) for excess, motion in well if motion]
-    return max(said, key=lambda one: one[0])[1] if said else {}
+    return list(zip(several, [refined(channels, made) for made in after], strict=True))
+
+
+def _upon_motion(
+    channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
+) -> list[tuple[Model, Model]]:
+    """What moves the strain alone, with another effect upon it.
+
+    Side by side with a motion that moves much, little of what acts upon it is seen.
+    """
+    result = []
+    rest = [name for name in names if name not in moving() and name != WALK]
+    enough = MOVES * sum(channel.excess for channel in channels)
+    for before in models:
+        alone = len(before.names) == 1 and before.names <= moving()
+        left = _left(channels, before)
+        if not alone or channels[0].long or not channels[0].effect_price < left < enough:
+            continue
+        both = list(zip(channels, before.fits, strict=True))
+        trials = all_at_once(lambda one: one[0].moved(one[1], rest), both)
+        upon = by_price(_made(trials, [frozenset(), *(frozenset({name}) for name in rest)]))
+        for second in upon[:UPON]:
+            if not second.names:
+                break
+            each = list(zip(channels, before.fits, trials, second.fits, strict=True))
+            fits = all_at_once(lambda one: one[0].then(*one[1:]), each)
+            result.append((before, priced(channels, tuple(fits))))
+    best = min(result, key=lambda both: both[1].price, default=None)
+    return result + ([(best[0], refined(channels, best[1]))] if best else [])
+
+
+def refined(channels: Sequence[Channel], made: Model) -> Model:
+    """``made``, or a cheaper one where what moves the strain is fitted to all channels at once."""
+    for stage in range(STAGES - 1):
+        made = _fitted(channels, made, stage)
+    gap = sum(channel.excess for channel in channels)
+    free = LEAST_FREE * channels[0].samples < _left(channels, made) < MOST_FREE * gap
+    if free and not channels[0].long:
+        made = _fitted(channels, made, STAGES - 1)
+    return leaner(channels, made)
+
+
+def _fitted(channels: Sequence[Channel], made: Model, stage: int) -> Model:
+    """The same with one kind of parameters only."""
+    for _ in range(FITTED_ROUNDS):
+        entries = moved.refined(channels, made.fits, stage)
+        if entries is None:
+            break
+        each = list(zip(channels, made.fits, entries, strict=True))
+        fits = all_at_once(lambda one: one[0].with_motion(one[1], one[2]), each)
+        other = priced(channels, tuple(fits))
+        gained = made.price - other.price
+        if gained <= 0.0:
+            break
+        made = other
+        if gained < LEAST_FITTED * channels[0].samples:
+            break
+    return made
 
 
 def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
@@ -326,7 +461,8 @@ def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
 
 def _made(channels: Sequence[Channel], several: Sequence[Names]) -> list[Model]:
     """The models of ``several``, channel by channel on all cores."""
-    all_at_once(lambda channel: [channel.within(names) for names in several], channels)
+    still = [names - moving() for names in several]
+    all_at_once(lambda channel: [channel.within(names) for names in still], channels)
     return [model(channels, names) for names in several]
 
 

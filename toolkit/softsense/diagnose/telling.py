@@ -21,7 +21,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
-from softsense.diagnose.vetting import REMAINING_ALONE, left_share, slipped, walks_of
+from softsense.diagnose.vetting import REMAINING_ALONE, Vetted, left_share, walks_of
 from softsense.diagnose.walk import without_slow
 from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
@@ -81,17 +81,16 @@ def tell(
     motion: Motion,
     smooth: Floats,
     channels: Sequence[Channel],
-    models: Sequence[Model],
-    jerky: bool,
+    checked: Vetted,
     found: Sequence[Finding],
     nameless: bool,
     seed: int,
 ) -> engine.Diagnosis:
-    """Put the cheapest of ``models`` into words and numbers; the others are its rivals.
+    """Put the cheapest model into words and numbers; the others are its rivals.
 
-    ``jerky``: what it takes for a walk goes in jumps or bumps. ``nameless``: something without a
-    mean was found beside ``found``, which shall not be known.
+    ``nameless``: something without a mean was found beside ``found``, which shall not be known.
     """
+    models, jerky = checked.models, checked.jerky
     best = models[0]
     rng = np.random.default_rng(seed)
     names = sim.sensors
@@ -115,7 +114,7 @@ def tell(
     unspoken = not found or minor or (edges and bool(best.names))
     unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
-    unknown = unknown or (bool(best.names) and slipped(channels, best))
+    unknown = unknown or checked.strained_otherwise
     if unknown or jerky:
         best = replace(best, names=frozenset())
     if unknown:

@@ -647,8 +647,10 @@ def _uneven(left: Floats, along: Sequence[Floats], factor: float) -> bool:
     return False
 
 
-def jerky(walk: Floats, gain: float) -> bool:
+def jerky(walk: Floats, gain: float, still: NDArray[np.bool_] | None = None) -> bool:
     """Whether what wanders goes in jumps, bumps or swings, and not by many small steps.
+
+    ``still``: only there, where a motion's equation that is nearly right leaves nothing.
 
     A random walk's moves over a second are Gaussian, and it does not come back some seconds later;
     so are its innovations (of this ``gain``), which are white besides. Contacts and loads come and
@@ -656,6 +658,11 @@ def jerky(walk: Floats, gain: float) -> bool:
     """
     moves = np.diff(walk[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1))
     moves -= moves.mean()
+    if still is not None:
+        news = innovations(walk[:, None], gain)[still, 0]
+        often = still[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1) > 0.5
+        moves = moves[often[1:] & often[:-1]]
+        return float(kurtosis(moves)) > JERKY or float(kurtosis(news)) > JUMPY
     later = [float(moves[k:] @ moves[:-k]) for k in SWINGS if k < len(moves)]
     swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     news = innovations(walk[:, None], gain)[:, 0]

@@ -1,47 +1,65 @@
 """Whether what a model takes for a random walk is one, and whether the strain was as recorded.
 
 A walk follows whatever is slow, so that a search finds one in all that no equation says well; and
-a specimen that slips in its clamp leaves on every channel what looks like a drift of its own.
+a specimen that slips in its clamp, or play of a kind that no equation has, leaves on every channel
+what looks like some effect of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import MOTION, WALK, Channel
+from softsense.diagnose.channel import WALK, Channel
 from softsense.diagnose.design import Design, Term
+from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion, history_basis
-from softsense.diagnose.search import Model, by_price, priced
+from softsense.diagnose.search import Model, by_price, model, moving, priced, refined
 from softsense.diagnose.walk import innovations, without_slow
-from softsense.effects import all_effects
 
 Floats = NDArray[np.float64]
 
 # Where an effect alone leaves so much of the gap, something is there besides, or in its place.
 REMAINING_ALONE = 0.06
+# What of walks is no answer to one strain for all.
+OTHERWISE = 0.3
 # Independent walks' innovations of two channels have a larger chi-squared once in 120 cases.
 ALIKE = 7.0
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
 DRIVEN = 0.5
 FAST = 100
-# What one strain for all, of this many seconds a knot, must leave of what the effects leave.
-SLIPPED_LEAVES = 0.5
-SLIPPED_KNOT_S = 1.0
-SLIPPED_CHANNELS = 3
-# Newton's steps to it, and a share of the strain's range over which a sensor is nearly straight.
-SLIPPED_STEPS = 4
-STRAIGHT = 0.005
+# One strain for all channels says more than effects do where these leave so many noise variances of
+# one channel more, or with play or a delay among them not so many less; and where it leaves no more
+# than this share of the gap.
+WORSE = 0.3
+NEARLY = 0.1
+MOST = 0.05
+# What moves the strain is known where it leaves less of the gap. Other effects stand where they do
+# not leave so many times as much as any strain.
+MOVED_LEAVES = 0.1
+FAR_WORSE = 3.0
+
+
+@dataclass(frozen=True)
+class Vetted:
+    """``models``, the cheapest first of those that may be; whether what that one takes for a walk
+    is ``jerky``, in jumps or bumps; and whether the specimen was ``strained_otherwise`` than
+    recorded, by nothing that is known."""
+
+    models: list[Model]
+    jerky: bool
+    strained_otherwise: bool
 
 
 def vetted(
-    channels: Sequence[Channel], models: Sequence[Model], motion: Motion
-) -> tuple[list[Model], bool]:
-    """``models`` without the walks that are none, the cheapest first; and whether what that one
-    takes for a walk goes in jumps or bumps."""
+    channels: Sequence[Channel], models: Sequence[Model], motion: Motion, strain: Together
+) -> Vetted:
+    """``models`` without the walks that are none, or only those that move the strain where any
+    strain that is the same for all channels says the gap as well."""
     named = [made for made in models if WALK not in made.names]
     if WALK in models[0].names and len(models[0].names) > 1:
         models = by_price([_calm(channels, models[0]), *named])
@@ -63,53 +81,24 @@ def vetted(
         or made is best
         or not (_jerky(channels, made) or _driven(channels, made, motion))
     ]
-    return kept, jerky
+    said = next(made for made in kept if WALK not in made.names)
+    left = left_share(channels, said) * strain.gap
+    # What is the same on all channels is such a strain too: an exact equation is not given up.
+    worse = -NEARLY if said.names & moving() else WORSE
+    if strain.left > min(left - worse, MOST * strain.gap):
+        return Vetted(kept, jerky, False)
+    moved = by_price([m for m in kept if m.names <= moving()] + _moving_alone(channels))
+    if left_share(channels, moved[0]) < MOVED_LEAVES:
+        return Vetted(moved, False, False)
+    known = best.names == {"step"} or FAR_WORSE * strain.left > left
+    return Vetted(kept, jerky, not known)
 
 
-def slipped(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether the specimen was strained otherwise than recorded: a strain that goes its own way,
-    the same for all channels, says the gap far better than the effects of ``best``.
-
-    It is a spline of time, which has no equation: whatever it is, it is none of the catalogue. Play
-    and delays are such a strain too, and a step may be a slip at one instant.
-    """
-    stages = {all_effects()[name].stage for name in best.names - {WALK}}
-    if len(channels) < SLIPPED_CHANNELS or best.names == {"step"} or MOTION in stages:
-        return False
-    samples = len(channels[0].residual)
-    left = sum(c.left(fit) for c, fit in zip(channels, best.fits, strict=True))
-    left *= samples / channels[0].samples
-    each = max(round(SLIPPED_KNOT_S / channels[0].nominal.dt_s), 1)
-    knots = -(-samples // each)
-    # As many weights gain so much by chance, and lose it on time that they have not seen.
-    least = 2.0 * knots
-    if SLIPPED_LEAVES * left < least:
-        return False
-    at = np.arange(samples)
-    away = np.zeros(samples)
-    for _ in range(SLIPPED_STEPS):
-        power, pull = np.zeros(samples), np.zeros(samples)
-        for channel in channels:
-            slope, rest = _strained(channel, away)
-            power += (slope / channel.sigma) ** 2
-            pull += slope * rest / channel.sigma**2
-        starts = np.arange(0, samples, each)
-        middles = np.minimum(starts + 0.5 * (each - 1), samples - 1)
-        steps = np.add.reduceat(pull, starts) / (np.add.reduceat(power, starts) + power.mean())
-        away += np.interp(at, middles, steps)
-    squares = sum(float((_strained(c, away)[1] ** 2).sum()) / c.sigma**2 for c in channels)
-    return squares - len(channels) * samples + least < SLIPPED_LEAVES * left
-
-
-def _strained(channel: Channel, away: Floats) -> tuple[Floats, Floats]:
-    """(samples,) by how much a channel changes with a strain that is so far ``away``, and what that
-    strain leaves of its residual."""
-    nominal, whole = channel.nominal, slice(None)
-    below, above = (
-        nominal.respond(nominal.strain + away + sign * STRAIGHT, whole) for sign in (-1.0, 1.0)
-    )
-    rest = channel.residual - (0.5 * (below + above) - nominal.u)
-    return (above - below) / (2.0 * STRAIGHT), rest
+def _moving_alone(channels: Sequence[Channel]) -> list[Model]:
+    """Models of what moves the strain, and of nothing else."""
+    known = moving() & {name for channel in channels for name in channel.entries}
+    several = [known, *(frozenset({name}) for name in sorted(known))]
+    return [refined(channels, model(channels, names)) for names in several if names]
 
 
 def left_share(channels: Sequence[Channel], best: Model) -> float:
@@ -138,28 +127,51 @@ def _alike(channels: Sequence[Channel], best: Model) -> bool:
     walks = walks_of(channels, best)
     if len(walks) < 2:
         return False
+    if best.names & moving():
+        return _strained(walks)
     news = np.stack([innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks])
-    if any(all_effects()[name].stage == MOTION for name in best.names - {WALK}):
-        # A clock that is late now more, now less shows on all of them, but only where they move.
-        speed = np.abs(np.gradient(channels[0].nominal.strain))
-        news = news[:, speed <= np.median(speed)]
     together = np.asarray(np.corrcoef(news))[np.triu_indices(len(news), 1)]
     return bool(np.mean(together**2) * news.shape[1] > ALIKE)
 
 
+def _strained(walks: Sequence[tuple[Channel, Floats]]) -> bool:
+    """Whether most of what wanders is as channels answer one strain: what the equation of a motion
+    leaves that is only nearly right."""
+    nominals = [channel.nominal for channel, _ in walks]
+    answers = np.stack([answer(nominal) for nominal in nominals], axis=1)
+    wandering = np.stack([walk for _, walk in walks], axis=1)
+    sigma = np.array([channel.sigma for channel, _ in walks])
+    answers, wandering = answers / sigma, wandering / sigma
+    together = (answers * wandering).sum(axis=1) / np.maximum((answers**2).sum(axis=1), 1e-12)
+    other = wandering - together[:, None] * answers
+    return float((other**2).sum()) < OTHERWISE * float((wandering**2).sum())
+
+
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:
     """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
-    return any(variance.jerky(walk, channel.gain) for channel, walk in walks_of(channels, best))
+    still = _still(channels, best)
+    return any(
+        variance.jerky(walk, channel.gain, still) for channel, walk in walks_of(channels, best)
+    )
+
+
+def _still(channels: Sequence[Channel], best: Model) -> NDArray[np.bool_] | None:
+    """(samples,) where the strain is slower than mostly, beside an effect of the motion."""
+    if not best.names & moving():
+        return None
+    speed = np.abs(np.gradient(channels[0].nominal.strain))
+    still: NDArray[np.bool_] = speed <= np.median(speed)
+    return still
 
 
 def _calm(channels: Sequence[Channel], made: Model) -> Model:
     """The same without a walk on those of several channels where it goes in jumps or bumps: there
     it is what another effect leaves."""
-    fits = list(made.fits)
+    fits, still = list(made.fits), _still(channels, made)
     for number, (channel, walk) in zip(
         made.channels_of(WALK), walks_of(channels, made), strict=True
     ):
-        if variance.jerky(walk, channel.gain):
+        if variance.jerky(walk, channel.gain, still):
             fits[number] = channel.within(made.names - {WALK})
     calm = priced(channels, tuple(fits))
     return calm if WALK in calm.names else made

@@ -46,6 +46,8 @@ BEFORE_CURVE = "before_curve"
 ELASTIC = "elastic"
 CALIBRATED = "calibrated"
 MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED})
+# Of what a candidate is near: it is just that.
+EXACTLY = "exactly"
 # What relaxes or lags behind, of the span, before it matters which of them is meant.
 STRESSED = 0.004
 # Powers of the strain that make such a curve.
@@ -361,6 +363,20 @@ class Candidate:
         return replace(self, made=lambda: less * self.columns, values=values, form="leaking")
 
 
+@dataclass(frozen=True)
+class Fine:
+    """Candidates between those of any grid.
+
+    ``at(nominal, values)``: all that have these values; ``steps``: how far each value is moved to
+    see what that does; ``more``: further values that such an effect may have, at first 0, and after
+    those yet others.
+    """
+
+    at: Callable[[Nominal, Mapping[str, float]], list[Candidate]]
+    steps: Mapping[str, float]
+    more: tuple[tuple[str, ...], ...] = ()
+
+
 Explain = Callable[[Nominal], list[Candidate]]
 Zoom = Callable[[Nominal, Mapping[str, float]], list[Candidate]]
 Values = Mapping[str, Floats]
@@ -393,6 +409,8 @@ class Effect:
     explain: Explain | None = None
     # As ``explain``, on a fine grid around a candidate's ``values``.
     zoom: Zoom | None = None
+    # Of those that are the same on all channels, which are fitted to them together.
+    fine: Fine | None = None
     exact: bool = False
     memoryless: bool = False
     lasting: bool = False

@@ -7,7 +7,17 @@ from functools import partial
 
 import numpy as np
 
-from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects import (
+    Candidate,
+    Context,
+    Effect,
+    Fine,
+    Floats,
+    Nominal,
+    Parameter,
+    State,
+    Values,
+)
 from softsense.effects.operators import compiled, play, uneven_play
 
 # How many times as wide worn play is at its widest as at its least.
@@ -24,6 +34,8 @@ SLACK = (0.25, 0.5, 1.0)
 ZEROED = (-1.0, -0.3, 0.3, 1.0)
 # How long faces that give way take.
 CLOSING_S = (0.04, 0.08, 0.15)
+# How long a carriage rolls on.
+ROLLS_S = (0.3, 1.5, 10.0)
 # How gradually elastic ones take hold, as shares of the width.
 SOFTNESSES = (0.1, 0.18, 0.3)
 # How suddenly a drive that gives way takes hold: 0 is play, 1 is Dahl's friction in its middle.
@@ -66,6 +78,15 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     for key, (_, _, others, widths) in _FORMS.items():
         made += _formed(nominal, key, width * widths, others)
     return made
+
+
+def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """Just this play."""
+    width = max(values["width"], LEAST)
+    for key in _FORMS.keys() & values.keys():
+        other = values[key] if key in ANY_SIGN else max(values[key], LEAST)
+        return _formed(nominal, key, np.array([width]), [other])
+    return _traces(nominal, np.array([width])) + _dead(nominal, np.array([width]))
 
 
 def _traces(nominal: Nominal, widths: Floats) -> list[Candidate]:
@@ -239,6 +260,31 @@ def _closing(strain: Floats, width: float, share: float) -> Floats:
     return output
 
 
+def _coasting(nominal: Nominal, width: float, rolls_s: float) -> Floats:
+    """Play in which a carriage rolls on, until it meets the other face."""
+    kept = float(np.exp(-nominal.dt_s / rolls_s))
+    moved: Floats = _rolling(nominal.strain, width, kept)
+    return moved
+
+
+@compiled
+def _rolling(strain: Floats, width: float, kept: float) -> Floats:
+    """(samples,) what goes on at its pace, of which so much is ``kept`` from sample to sample,
+    within half the ``width`` of the strain; a face that it meets takes it along."""
+    output = np.empty_like(strain)
+    y, pace = strain[0], 0.0
+    for k in range(len(strain)):
+        free = y + pace
+        held = min(max(free, strain[k] - 0.5 * width), strain[k] + 0.5 * width)
+        pace = kept * pace if held == free else held - y
+        if held != free and k > 0:
+            # As fast as the face, not as the jump to it.
+            pace = strain[k] - strain[k - 1]
+        y = held
+        output[k] = y
+    return output
+
+
 def _played(nominal: Nominal, width: float, courses: Floats | float = 0.0) -> Floats:
     """(samples,) the strain behind play of one width, times the exponential of ``courses``."""
     widths = np.broadcast_to(width * np.exp(courses), nominal.strain.shape).copy()
@@ -258,6 +304,7 @@ def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
     return column[:, None]
 
 
+ANY_SIGN = ("around", "much_around", "zeroed")
 # Play of more than a width, by its second parameter: what it is called, how it moves, some values,
 # and widths as shares of the play that is nearest. What a spring or a soft face passes on makes
 # play look narrower than it is; what is late besides, wider.
@@ -274,8 +321,21 @@ _FORMS: dict[
     "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
     "power": ("compliant", _compliant, POWERS, np.geomspace(0.9, 1.8, 4)),
     "moving": ("stuck", _stuck, MOVING, np.geomspace(0.9, 1.6, 4)),
+    "rolls_s": ("coasting", _coasting, ROLLS_S, np.geomspace(0.75, 1.25, 5)),
     "closing_s": ("damped", _damped, CLOSING_S, np.geomspace(0.3, 1.1, 6)),
 }
+
+# How far each parameter is moved to see what it does; which may be below 0; and what the others are
+# at least.
+STEPS = {
+    "width": 1e-4,
+    "closing_s": 0.001,
+    "rolls_s": 0.02,
+    "softness": 0.001,
+    **dict.fromkeys(ANY_SIGN, 0.005),
+}
+STEPS |= dict.fromkeys(_FORMS.keys() - STEPS.keys(), 0.005)
+LEAST = 1e-3
 
 EFFECT = Effect(
     name="backlash",
@@ -290,6 +350,7 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
+    fine=Fine(at, STEPS),
     forms=("play", "dead_zone"),
     exact=True,
 )

@@ -54,7 +54,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     for other in range(channels):
         if other != nominal.channel:
             result.extend(_filtered(nominal, other, WIRES_S, CAPACITORS_S))
-    return result
+    return result + _sides(nominal, WIRES_S[::2])
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -62,7 +62,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "tau_s" not in values:
         return _shares(nominal)
     near = (values["tau_s"] * np.geomspace(0.6, 1.6, 7)).tolist()
-    return _shares(nominal) + _filtered(nominal, int(values["source"]), near, near)
+    filtered = _filtered(nominal, int(values["source"]), near, near)
+    return _shares(nominal) + filtered + _sides(nominal, near[::2])
 
 
 def _shares(nominal: Nominal) -> list[Candidate]:
@@ -95,6 +96,11 @@ def _shares(nominal: Nominal) -> list[Candidate]:
             source = {"source": float((nominal.channel - 1) % channels)}
             both = np.stack([one - u, two - u], axis=1)
             result.append(Candidate(both, source, "scan", parallel=True, largest=most))
+            # On a connector both neighbours leak, unequally.
+            before, after = (nominal.channel - 1) % channels, (nominal.channel + 1) % channels
+            rest = nominal.reference.rest
+            sides = np.stack([codes[:, k] - rest[k] for k in (before, after)], axis=1)
+            result.append(Candidate(sides, source, "sides", positive=True, largest=most))
         own = codes[:, nominal.channel] - u
         together = codes.mean(axis=1) - own / channels
         result.append(Candidate((together - u)[:, None], {}, "supply", largest=most))
@@ -106,6 +112,35 @@ def _shares(nominal: Nominal) -> list[Candidate]:
         pulled = min(most, MOST_PULLED)
         result.append(Candidate(others[:, None], {}, "reference", largest=pulled))
     return result
+
+
+def _sides(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
+    """What leaks from both neighbours, late from one of them."""
+    channels = nominal.codes.shape[1]
+    if channels < 3:
+        return []
+    two = [(nominal.channel - 1) % channels, (nominal.channel + 1) % channels]
+
+    def leaking(late: int, tau_s: float) -> Floats:
+        columns = []
+        for other in two:
+            signal = nominal.codes[:, other] - nominal.reference.rest[other]
+            if other == late:
+                signal = low_pass(signal[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+            columns.append(signal[nominal.keep])
+        return np.stack(columns, axis=1)
+
+    return [
+        Candidate(
+            partial(leaking, late, tau_s),
+            {"source": float(late), "tau_s": tau_s},
+            "sides",
+            positive=True,
+            largest=MOST_LATE,
+        )
+        for late in two
+        for tau_s in times_s
+    ]
 
 
 def _filtered(

@@ -4,20 +4,31 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 
 import numpy as np
 from scipy.interpolate import CubicSpline
 
-from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects import (
+    Candidate,
+    Context,
+    Effect,
+    Fine,
+    Floats,
+    Nominal,
+    Parameter,
+    State,
+    Values,
+)
 
 FORMS = ("smooth", "linear")
-# Cosines of time that say how a delay wanders, slowly or less so.
-COURSES = (4, 8)
-# Around which a delay may wander where clocks run apart, but not evenly, in seconds.
-WANDERING_S = np.array([-0.3, -0.1, -0.03, 0.03, 0.1, 0.3])
+# Polynomials of time (Legendre) that say how a delay wanders about an even course, in seconds each.
+COURSES = tuple(f"course{k}" for k in range(2, 10))
+# And delays beyond those at even times, straight in between.
+KNOTS = tuple(f"knot{k}" for k in range(41))
+STEPS = {"delay_s": 0.001, "skew": 3e-6, **dict.fromkeys((*COURSES, *KNOTS), 0.001)}
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
-ENDS_S = (0.0, 0.05, 0.2, 0.5, 1.5)
+ENDS_S = (0.0, 0.015, 0.05, 0.2, 0.5, 1.5)
 SKEWED = [(a, b) for a in ENDS_S for b in ENDS_S if a != b]
 
 
@@ -51,31 +62,28 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """The signal of another time less the signal, weight 1; or a clock that runs differently."""
     delays = np.geomspace(0.01, 1.0, 27)
-    slope = np.gradient(nominal.u) / nominal.dt_s
-    skew = np.stack([-slope, -slope * nominal.time_s / 400.0], axis=1)
     ends = [(sign * late, sign * later) for sign in (1.0, -1.0) for late, later in SKEWED]
     return [
         *_traces(nominal, np.concatenate([-delays, delays]), ("smooth",)),
         *_skewed(nominal, ends),
-        Candidate(skew, {}, "skew"),
     ]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one offset, or around those at the beginning and the end; or wandering."""
-    if "delay_s" not in values:
-        return _wandering(nominal, [(late_s, late_s) for late_s in WANDERING_S])
+    """The same around one offset, or around those at the beginning and the end."""
     first = values["delay_s"]
     if "skew" in values:
         last = first + values["skew"] * nominal.reference.duration_s
         reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
-        even = _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
-        ends = [(first + a, last + b) for a in reach[1::2] for b in reach[1::2]]
-        return even + _wandering(nominal, ends)
-    near_s = first * np.geomspace(0.8, 1.25, 15)
-    return _traces(nominal, near_s, FORMS) + _wandering(
-        nominal, [(late_s, late_s) for late_s in near_s[1::6]]
-    )
+        return _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
+    return _traces(nominal, first * np.geomspace(0.8, 1.25, 15), FORMS)
+
+
+def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
+    """Just this delay; one that changes goes from sample to sample straight between samples."""
+    if values.keys() == {"delay_s"}:
+        return _traces(nominal, np.array([values["delay_s"]]), FORMS)
+    return [_changing(nominal, values)]
 
 
 def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[Candidate]:
@@ -96,22 +104,6 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
     return result
 
 
-def _wandering(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Candidate]:
-    """Delays that wander slowly around an even course of time, by Taylor's first term."""
-    t, reference = nominal.time_s[nominal.keep], nominal.reference
-    # What is to come is not known: the last delay stays.
-    passed = np.clip((t - reference.start_s) / reference.duration_s, 0.0, 1.0)
-    course = np.cos(np.pi * passed[:, None] * np.arange(max(COURSES)))
-    slope = -np.gradient(nominal.u) / nominal.dt_s
-    result = []
-    for even in _skewed(nominal, ends_s):
-        late_s = _late_s(nominal, even.values)
-        columns = np.concatenate([even.columns, _read(slope, nominal, late_s)[:, None] * course], 1)
-        wandering = replace(even, form="wandering", fixed=False, curved=True, pliable=True)
-        result += [replace(wandering, made=columns[:, : 1 + count]) for count in COURSES]
-    return result
-
-
 def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Candidate]:
     """Delays that go from one to another over the time of the reference."""
     result = []
@@ -119,17 +111,45 @@ def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Can
         values = {"delay_s": float(first)}
         if first != last:
             values["skew"] = float((last - first) / nominal.reference.duration_s)
-        read = _read(nominal.u, nominal, _late_s(nominal, values))
-        column = (read - nominal.u[nominal.keep])[:, None]
-        moved = partial(_moved, nominal, values)
-        result.append(Candidate(column, values, "skewed", fixed=True, moved=moved))
+        result.append(_changing(nominal, values))
     return result
 
 
+def _changing(nominal: Nominal, values: Mapping[str, float]) -> Candidate:
+    read = _read(nominal.u, nominal, _late_s(nominal, values))
+    column = (read - nominal.u[nominal.keep])[:, None]
+    moved, freely = partial(_moved, nominal, values), KNOTS[0] in values
+    form = "skewed" if values.keys().isdisjoint((*COURSES, *KNOTS)) else "wandering"
+    return Candidate(column, values, form, fixed=True, pliable=freely, moved=moved)
+
+
 def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
-    """(samples,) the delay of an even course of time."""
+    """(samples,) the delay of a course of time."""
     since_s = nominal.time_s[nominal.keep] - nominal.reference.start_s
-    return values["delay_s"] + values.get("skew", 0.0) * since_s
+    late: Floats = values.get("delay_s", 0.0) + values.get("skew", 0.0) * since_s
+    # What is to come is not known: the last delay stays, or grows on evenly.
+    first, step = float(since_s[0]), nominal.dt_s * (nominal.keep.step or 1)
+    times = len(since_s), first, step, nominal.reference.duration_s
+    if not values.keys().isdisjoint(COURSES):
+        late = late + _courses(*times) @ np.array([values.get(key, 0.0) for key in COURSES])
+    if KNOTS[0] in values:
+        at = np.linspace(0.0, 1.0, len(KNOTS))
+        late = late + np.interp(_passed(*times), at, [values[key] for key in KNOTS])
+    return late
+
+
+@lru_cache(maxsize=8)
+def _courses(samples: int, first_s: float, step_s: float, duration_s: float) -> Floats:
+    """(samples, courses) of the time that has passed; every channel asks for the same."""
+    passed = _passed(samples, first_s, step_s, duration_s)
+    return np.asarray(np.polynomial.legendre.legvander(2.0 * passed - 1.0, len(COURSES) + 1)[:, 2:])
+
+
+@lru_cache(maxsize=8)
+def _passed(samples: int, first_s: float, step_s: float, duration_s: float) -> Floats:
+    """(samples,) of the reference's time, that is 1 at its end and stays so."""
+    passed: Floats = np.clip((first_s + step_s * np.arange(samples)) / duration_s, 0.0, 1.0)
+    return passed
 
 
 def _moved(nominal: Nominal, values: Mapping[str, float]) -> Floats:
@@ -178,5 +198,6 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
+    fine=Fine(at, STEPS, (("delay_s", "skew", *COURSES), KNOTS)),
     exact=True,
 )

@@ -1,0 +1,234 @@
+"""What moves the strain: one clock and one drive, and so the same on every channel.
+
+On one channel alone a delay that is a little off makes room for a lag, and play for hysteresis; all
+channels together know it closely. Its candidate is chosen for all of them at once, and its
+parameters are then fitted to all (Gauss-Newton with damping and numerical derivatives), beside what
+other effects do on each channel.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from softsense.diagnose.channel import Channel
+from softsense.diagnose.design import Entry, Fit, Key, Pick
+from softsense.effects import Fine, Nominal, all_effects
+
+Floats = NDArray[np.float64]
+# Parameters of each effect.
+Values = Mapping[str, Mapping[str, float]]
+
+# One strain says nothing of fewer channels, nor of a smaller gap.
+LEAST_CHANNELS = 3
+LEAST_GAP = 2.0
+# Newton's steps to any strain, a share of its range over which a sensor is nearly straight, and of
+# the usual power of what a strain does where it does little.
+NEWTON_STEPS = 6
+STRAIGHT = 0.005
+LITTLE = 0.02
+STEPS = 20
+# A step that gains less of the cost is the last, where it is a whole one; and one that fails where
+# it is this short.
+LEAST_GAIN = 1e-3
+WELL_DAMPED = 0.03
+MOST_DAMPED = 1e3
+
+
+@dataclass(frozen=True)
+class Together:
+    """What one strain for all channels, other than the recorded one, leaves of a ``gap``: both in
+    squares per sample of one channel, in noise variances beyond the noise."""
+
+    left: float
+    gap: float
+
+
+def together(
+    nominals: Sequence[Nominal], residual: Floats, sigma: Floats, counted: NDArray[np.intp]
+) -> Together:
+    """Of a ``residual`` (samples, channels) with noise ``sigma`` (channels,), of the samples
+    ``counted``.
+
+    The strain is free at every sample and has no equation (Newton's method). Channels differ in how
+    they answer a strain, so that nothing but what moves it leaves little: what a material or a
+    circuit does is seldom within a tenth of the gap.
+    """
+    samples, channels = residual.shape
+    gap = float(((residual[counted] / sigma) ** 2).mean(axis=0).sum()) - channels
+    if channels < LEAST_CHANNELS or gap < LEAST_GAP:
+        return Together(np.inf, gap)
+    away, squares = np.zeros(samples), np.zeros(samples)
+    for _ in range(NEWTON_STEPS):
+        power, pull, squares = np.zeros(samples), np.zeros(samples), np.zeros(samples)
+        for nominal, own, noise in zip(nominals, residual.T, sigma, strict=True):
+            below, above = _around(nominal, away)
+            slope = (above - below) / (2.0 * STRAIGHT * noise)
+            rest = (own - (0.5 * (below + above) - nominal.u)) / noise
+            power += slope**2
+            pull += slope * rest
+            squares += rest**2
+        away += pull / (power + LITTLE * power.mean())
+    # Each sample's strain takes one channel's noise with it.
+    return Together(float(squares[counted].mean()) - (channels - 1), gap)
+
+
+def answer(nominal: Nominal) -> Floats:
+    """(samples,) by how much a channel changes with a little more strain."""
+    below, above = _around(nominal, np.zeros(1))
+    return (above - below) / (2.0 * STRAIGHT)
+
+
+def _around(nominal: Nominal, away: Floats) -> list[Floats]:
+    """(samples,) of a channel at a little less and a little more than a strain so far ``away``."""
+    strain = nominal.strain + away
+    return [nominal.respond(strain + way * STRAIGHT, slice(None)) for way in (-1.0, 1.0)]
+
+
+def chosen(
+    channels: Sequence[Channel], fits: Sequence[Fit], held: Mapping[str, Key], name: str
+) -> Key | None:
+    """The candidate of an effect of the motion that says most on all channels together, beside the
+    others that ``fits`` have and those ``held``; none where no channel has any."""
+    return next(iter(_by_likelihood(channels, fits, held, name)), None)
+
+
+def forms(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> list[Key]:
+    """The same of every form beside ``fits``, the most likely first."""
+    best: dict[str, Key] = {}
+    asked = next((channel for channel in channels if channel.entries), None)
+    for key in _by_likelihood(channels, fits, {}, name):
+        assert asked is not None
+        number = asked.numbers(name)[key]
+        best.setdefault(asked.entries[name][number].candidate.form, key)
+    return list(best.values())
+
+
+def _by_likelihood(
+    channels: Sequence[Channel], fits: Sequence[Fit], held: Mapping[str, Key], name: str
+) -> list[Key]:
+    """Candidates of an effect of the motion, the most likely first, where each channel is off by a
+    variance of its own: those that it says well know it best, and something else may be on the
+    others."""
+    total: dict[Key, float] = {}
+    for first, (channel, fit) in enumerate(_asked(channels, fits)):
+        others = {n: k for n, k in fit.picks if n not in held} | dict(picks_of(channel, held))
+        others.pop(name, None)
+        static = 0 if fit.static is None else len(fit.static)
+        left = np.log(channel.left_by_each(tuple(others.items()), static, name))
+        own = {key: float(left[number]) for key, number in channel.numbers(name).items()}
+        total = {k: own[k] + total.get(k, 0.0) for k in own if not first or k in total}
+    return sorted(total, key=lambda key: total[key])
+
+
+def picks_of(channel: Channel, held: Mapping[str, Key]) -> tuple[Pick, ...]:
+    """The picks on a channel of what is ``held`` on all; none where no effect can pay."""
+    there = channel.entries.keys() & held.keys()
+    return tuple((name, channel.numbers(name)[held[name]]) for name in sorted(there))
+
+
+def _asked(channels: Sequence[Channel], fits: Sequence[Fit]) -> list[tuple[Channel, Fit]]:
+    """Those where an effect may pay."""
+    return [both for both in zip(channels, fits, strict=True) if both[0].entries]
+
+
+def refined(
+    channels: Sequence[Channel], fits: Sequence[Fit], stage: int
+) -> list[dict[str, Entry]] | None:
+    """Of each channel, the entries of what moves the strain in ``fits``, with the parameters that
+    leave least on all channels; None where there is nothing to refine.
+
+    ``stage``: 0, or which of the parameters besides that such an effect may have.
+    """
+    active = [both for both in zip(channels, fits, strict=True) if both[0].held(both[1])]
+    entries = active[0][0].motion_of(active[0][1]) if active else {}
+    fine = {n: f for n in entries if (f := all_effects()[n].fine) is not None}
+    if not fine or len(fine) < len(entries):
+        return None
+    further = {name: fine[name].more[stage - 1 : stage] if stage else () for name in entries}
+    if stage and not any(further.values()):
+        return None
+    begun = {
+        name: dict.fromkeys(sum(further[name], ()), 0.0) | dict(entry.candidate.values)
+        for name, entry in entries.items()
+    }
+    # What there is besides goes around what is known already.
+    free = [
+        (name, key)
+        for name, given in begun.items()
+        for key in (sum(further[name], ()) or given)
+        if key in fine[name].steps
+    ]
+    if not free:
+        return None
+    forms = {name: entry.candidate.form for name, entry in entries.items()}
+    values = _fitted(active, begun, free, forms, fine)
+    return [_entries(channel, values, forms) for channel in channels]
+
+
+def _fitted(
+    active: Sequence[tuple[Channel, Fit]],
+    begun: Values,
+    keys: Sequence[tuple[str, str]],
+    forms: Mapping[str, str],
+    fine: Mapping[str, Fine],
+) -> Values:
+    """``begun`` with the values of ``keys`` that leave least of what other effects leave."""
+    sizes = np.array([fine[name].steps[key] for name, key in keys])
+    rests = np.stack([c.left_by(fit, set(fit.picks) - set(c.held(fit))) for c, fit in active])
+    sigmas = np.array([[channel.sigma] for channel, _ in active])
+
+    def values(theta: Floats) -> Values:
+        made = {name: dict(given) for name, given in begun.items()}
+        for (name, key), value in zip(keys, theta.tolist(), strict=True):
+            made[name][key] = value
+        return made
+
+    def left(theta: Floats) -> Floats:
+        made = values(theta)
+        said = (_entries(channel, made, forms) for channel, _ in active)
+        moved = [sum(entry.columns[:, 0] for entry in entries.values()) for entries in said]
+        rest: Floats = (rests - np.stack(moved)) / sigmas
+        return rest
+
+    theta = np.array([begun[name][key] for name, key in keys])
+    now, damping = left(theta), 1e-3
+    for _ in range(STEPS):
+        # Each channel is off by a variance of its own: those that are said well know it best.
+        weights = 1.0 / np.maximum((now**2).mean(axis=1, keepdims=True), 1.0)
+        slopes = np.empty((len(theta), now.size))
+        for k, size in enumerate(sizes):
+            moved = theta.copy()
+            moved[k] += size
+            slopes[k] = ((left(moved) - now) * np.sqrt(weights)).ravel()
+        gram, side = slopes @ slopes.T, slopes @ (now * np.sqrt(weights)).ravel()
+        gram[np.diag_indices_from(gram)] *= 1.0 + damping
+        gram[np.diag_indices_from(gram)] += 1e-9 * np.trace(gram) + 1e-12
+        trial = theta - sizes * np.linalg.solve(gram, side)
+        then = left(trial)
+        cost = float((weights * now**2).sum())
+        gained = cost - float((weights * then**2).sum())
+        if gained > 0.0:
+            theta, now = trial, then
+            if damping < WELL_DAMPED and gained < LEAST_GAIN * cost:
+                break
+        elif damping > MOST_DAMPED:
+            break
+        damping = damping / 4.0 if gained > 0.0 else 5.0 * damping
+    return values(theta)
+
+
+def _entries(channel: Channel, values: Values, forms: Mapping[str, str]) -> dict[str, Entry]:
+    """The entries of effects of the motion, each acting on what the one before has done."""
+    result: dict[str, Entry] = {}
+    nominal = channel.nominal
+    for name in values:
+        entry = channel.fine(nominal, name, values[name], forms[name])
+        result[name] = replace(entry, nominal=nominal)
+        if len(result) < len(values):
+            change = sum(one.columns[:, 0] for one in result.values())
+            nominal = channel.nominal.acting_on(channel.nominal.u + change, entry.candidate.moved)
+    return result
