@@ -381,7 +381,8 @@ class Channel:
         if rest or len(there) == len(held):
             return self.within(rest, there)
         # Its parameters are between those of the grid.
-        return self._composed(held, Fit(held, fit.errors, np.zeros(0), None))
+        weights = np.zeros(len(held) if len(held) > 1 else 0)
+        return self._composed(held, Fit(held, fit.errors, weights, None))
 
     def moved(self, fit: Fit, known: Sequence[str]) -> Channel:
         """The channel as it is under the motion that ``fit`` has, with what that leaves and the
