@@ -20,6 +20,7 @@ from softsense import effects
 from softsense.diagnose import channel
 from softsense.diagnose.nominal import history_basis, motion_of, nominals, reference_of
 from softsense.effects import Candidate, Context, all_effects, effect
+from softsense.effects.hysteresis import _plane
 from softsense.effects.operators import first_order_hold, low_pass
 from softsense.errors import SoftsenseError
 
@@ -194,6 +195,23 @@ def test_rate_independent_hysteresis_is_rate_independent(
     quick, _ = effect("hysteresis").apply(fast, context_of(fast[:, 0]), form=form)
     steady, _ = effect("hysteresis").apply(slow, context_of(slow[:, 0]), form=form)
     np.testing.assert_allclose(steady[::repeats], quick, rtol=0, atol=1e-9)
+
+
+def test_a_plane_is_the_relays_that_are_on_in_each_of_its_cells() -> None:
+    rng = np.random.default_rng(3)
+    turns = np.concatenate([[0.0], rng.random(60)])
+    strain = np.interp(np.arange(2400) / 40.0, np.arange(len(turns)), turns)
+    cells, fine = 4, 60
+    places = (np.arange(cells * fine) + 0.5) / (cells * fine)
+    up, down = np.meshgrid(places, places, indexing="ij")
+    on, found = np.zeros(up.shape, dtype=bool), _plane(strain, cells, 1)
+    for k, now in enumerate(strain):
+        on = (on | (up <= now)) & (down < now) & (up >= down)
+        shares = on.reshape(cells, fine, cells, fine).mean(axis=(1, 3))
+        rows, columns = np.tril_indices(cells)
+        expected = shares[rows, columns] * np.where(rows == columns, 2.0, 1.0)
+        assert np.abs(found[k] - expected).max() < 2.5 / fine
+    assert np.array_equal(_plane(strain, cells, 7), found[::7])
 
 
 @pytest.mark.parametrize("form", effect("hysteresis").forms)

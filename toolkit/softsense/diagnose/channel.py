@@ -34,6 +34,8 @@ Result = TypeVar("Result")
 # Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
 # training half of tests/benchmarks/gap.
 WEIGHT_PRICE = 12.0
+# And of the gap: many weights follow what an equation that is only nearly right leaves.
+WEIGHT_SHARE = 2e-5
 # Per sample: an effect of half the noise's size gains a quarter.
 EFFECT_PRICE = 0.25
 # That is for what the nominal signal may be wrong by, not for chance: where the real noise is far
@@ -85,7 +87,7 @@ BESIDE_WALK = 0.1
 # What an effect alone may leave of the gap, for a closer look at it in other places.
 WORTH = 0.5
 # So many narrow candidates are all looked at in other places, whatever was chosen on the codes.
-FEW = 24
+FEW = 32
 # So many candidates whose weights are not as physics has them are left for the next best.
 REFUSED = 4
 # How often the candidates of several effects are chosen beside each other.
@@ -146,6 +148,7 @@ class Channel:
         self.samples = len(residual[self._thin])
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
+        self.weight_price = WEIGHT_PRICE + WEIGHT_SHARE * self.excess
         self.gain = likely_gain(residual[self._thin], sigma)
         self._of_simulation = own, missed
         self._unchanged: dict[Hashable, list[Entry]] = {}
@@ -569,7 +572,7 @@ class Channel:
         return self._prices[id(fit)][1]
 
     def _price(self, fit: Fit) -> float:
-        price = WEIGHT_PRICE * fit.columns
+        price = self.weight_price * fit.columns
         if (WALK, 0) in fit.picks:
             price += self.effect_price * beside_walk(len(fit.picks) - 1)
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
@@ -678,7 +681,7 @@ class Channel:
             if fixed:
                 # Another effect changes what this one acts on, and so its weight of 1.
                 stiff = (self.sigma / LEEWAY) ** 2 if len(picks) > 1 else np.inf
-            result.append(Term(name, entry.at, fixed, stiff))
+            result.append(Term(name, entry.at, fixed, stiff, entry.candidate.ridge))
         return result
 
     def best(self, names: frozenset[str], held: Held = ()) -> Fit:
@@ -722,7 +725,21 @@ class Channel:
                 fit = self._beside(last, others, static, held)
                 made.append(fit)
                 made += self._otherwise(last, others, static, fit, held)
+                pliable = self._pliable(fit, held)
+                if pliable:
+                    # What follows all that it has seen may be far off where it has not.
+                    made.append(self._beside(last, others, static, held, refused=pliable))
         return min(made, key=self.price)
+
+    def _pliable(self, fit: Fit, held: Held) -> list[Pick]:
+        """Pliable candidates of the effects of which ``fit`` has one, but for those ``held``."""
+        return [
+            (name, number)
+            for name, chosen in fit.picks
+            if name != WALK and (name, chosen) not in held
+            for number, entry in enumerate(self.entries[name])
+            if entry.candidate.pliable and self.entries[name][chosen].candidate.pliable
+        ]
 
     def chosen_again(self, fit: Fit, held: Held = ()) -> Fit:
         """``fit``, or a cheaper one of the same effects: those chosen one after the other may stand
@@ -866,7 +883,7 @@ class Channel:
         if (WALK, 0) not in picks:
             beyond = np.maximum(all_left - self.design.chosen_by, 0.0)
             share = np.minimum(share, SHARE_OF_LEFT * beyond)
-        costs = WEIGHT_PRICE * group.free_widths
+        costs = self.weight_price * group.free_widths
         costs = costs + group.curved * (CURVED_PRICE * self.samples + share)
         left = all_left / self.design.chosen_by + PARAMETER_PRICE * self.guard * group.further
         return gains - costs, left

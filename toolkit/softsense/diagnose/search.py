@@ -39,6 +39,7 @@ CHOSEN_ROUNDS = 3
 CLOSELY = 2
 FITTED_ROUNDS = 2
 LEAST_FITTED = 0.02
+LEAST_MORE = 0.5
 # How many kinds of parameters a motion may have, the last of which is free to go anywhere: where so
 # much is left, in noise variances of one channel, and no more than this share of the gap.
 STAGES = 3
@@ -47,6 +48,8 @@ MOST_FREE = 0.3
 # A motion that leaves less of the gap is taken as known, and so many others are tried upon it.
 MOVES = 0.5
 UPON = 3
+# And one that leaves so little on one channel, though it leaves more of the gap.
+ONE_LEAVES = 0.01
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel.
 AT_FIRST = 2
@@ -64,7 +67,10 @@ WALK_LEAVES = 3.0
 NAME_PRICE = 0.25
 NAME_SHARE = 0.002
 # A third one, and each further: what two equations leave that are both only nearly right.
-THIRD_PRICE = 0.5
+THIRD_PRICE = 1.0
+# Each effect more on a channel must leave far less there than fewer do, not just less: so much of
+# what it leaves counts again, once effects act on what the others have done.
+LEFT_AGAIN = 0.5
 # A converter's curve that is nowhere more than a straight line.
 STRAIGHT_PRICE = 0.5
 # An effect of the motion that is not named on all channels.
@@ -303,7 +309,18 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         done += _composed(channels, later, fine[0].price)
     done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
-    return _walk_last(channels, by_price([*untouched, *(after for _, after in done)]))
+    last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
+    return _walk_last(channels, by_price(last))
+
+
+def weighed(channels: Sequence[Channel], made: Model) -> Model:
+    """``made``, whose effects act on each other by now, with a price for what several leave."""
+    left = sum(
+        (len(fit.picks) - 1) * max(channel.left(fit), 0.0)
+        for channel, fit in zip(channels, made.fits, strict=True)
+        if fit.picks and (WALK, 0) not in fit.picks
+    )
+    return replace(made, price=made.price + LEFT_AGAIN * left)
 
 
 def _moves(channels: Sequence[Channel], name: str) -> Model:
@@ -312,7 +329,10 @@ def _moves(channels: Sequence[Channel], name: str) -> Model:
     for key in moved.forms(channels, nothing.fits, name):
         picks = [moved.picks_of(channel, {name: key}) for channel in channels]
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
-        best = by_price([best, _fitted(channels, priced(channels, tuple(fits)), 0)])[0]
+        made = priced(channels, tuple(fits))
+        for stage in range(STAGES - 1):
+            made = _fitted(channels, made, stage)
+        best = by_price([best, made])[0]
         if _left(channels, best) < LEAST_FREE * channels[0].samples:
             break
     return refined(channels, best)
@@ -390,11 +410,9 @@ def _upon_motion(
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
     enough = MOVES * sum(channel.excess for channel in channels)
-    for before in models:
-        alone = len(before.names) == 1 and before.names <= moving()
-        left = _left(channels, before)
-        if not alone or channels[0].long or not channels[0].effect_price < left < enough:
-            continue
+    alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
+    alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]
+    for before in [] if channels[0].long else [*alone, *_known_by_one(channels)]:
         both = list(zip(channels, before.fits, strict=True))
         trials = all_at_once(lambda one: one[0].moved(one[1], rest), both)
         upon = by_price(_made(trials, [frozenset(), *(frozenset({name}) for name in rest)]))
@@ -406,6 +424,24 @@ def _upon_motion(
             result.append((before, priced(channels, tuple(fits))))
     best = min(result, key=lambda both: both[1].price, default=None)
     return result + ([(best[0], refined(channels, best[1]))] if best else [])
+
+
+def _known_by_one(channels: Sequence[Channel]) -> list[Model]:
+    """What moved the strain as one channel tells that nothing else is on, for all of them, where it
+    says little on others."""
+    for channel in channels:
+        for name in sorted(moving() & channel.entries.keys()):
+            fit = channel.best(frozenset({name}))
+            if not channel.held(fit) or channel.left(fit) > ONE_LEAVES * channel.excess:
+                continue
+            held = {name: channel.entries[name][dict(fit.picks)[name]].key}
+            there = [c for c in channels if c.entries and held[name] in c.numbers(name)]
+            if len(there) == sum(bool(c.entries) for c in channels):
+                fits = [c.bare(moved.picks_of(c, held)) for c in channels]
+                made = priced(channels, tuple(fits))
+                enough = MOVES * sum(c.excess for c in channels)
+                return [made] if _left(channels, made) > enough else []
+    return []
 
 
 def refined(channels: Sequence[Channel], made: Model) -> Model:
@@ -422,14 +458,17 @@ def refined(channels: Sequence[Channel], made: Model) -> Model:
 def _fitted(channels: Sequence[Channel], made: Model, stage: int) -> Model:
     """The same with one kind of parameters only."""
     for _ in range(FITTED_ROUNDS):
-        entries = moved.refined(channels, made.fits, stage)
+        # A static curve hides where a drive has its zero.
+        begun = [replace(fit, static=None) if stage else fit for fit in made.fits]
+        entries = moved.refined(channels, begun, stage)
         if entries is None:
             break
-        each = list(zip(channels, made.fits, entries, strict=True))
+        each = list(zip(channels, begun, entries, strict=True))
         fits = all_at_once(lambda one: one[0].with_motion(one[1], one[2]), each)
         other = priced(channels, tuple(fits))
         gained = made.price - other.price
-        if gained <= 0.0:
+        # What there is besides must say more than what a fit that is not quite there leaves.
+        if gained <= (LEAST_MORE * channels[0].samples if stage else 0.0):
             break
         made = other
         if gained < LEAST_FITTED * channels[0].samples:

@@ -35,7 +35,7 @@ ZEROED = (-1.0, -0.3, 0.3, 1.0)
 # How long faces that give way take.
 CLOSING_S = (0.04, 0.08, 0.15)
 # How long a carriage rolls on.
-ROLLS_S = (0.3, 1.5, 10.0)
+ROLLS_S = (0.1, 0.3, 1.5, 10.0)
 # How gradually elastic ones take hold, as shares of the width.
 SOFTNESSES = (0.1, 0.18, 0.3)
 # How suddenly a drive that gives way takes hold: 0 is play, 1 is Dahl's friction in its middle.
@@ -43,7 +43,7 @@ POWERS = (0.3, 0.7, 1.5)
 # What is left of the play once a drive that stuck is moving.
 MOVING = (0.35, 0.6, 0.85)
 # Of a move from one sample to the next.
-PARTS = 3
+PARTS = 4
 # How many times its softness from a face a move is not passed on.
 FREE = 12.0
 
@@ -81,11 +81,18 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 
 def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """Just this play."""
+    """Just this play; of any form its zero may be off the middle."""
     width = max(values["width"], LEAST)
-    for key in _FORMS.keys() & values.keys():
+    for key in (_FORMS.keys() - {ZEROED_BY}) & values.keys():
         other = values[key] if key in ANY_SIGN else max(values[key], LEAST)
-        return _formed(nominal, key, np.array([width]), [other])
+        if ZEROED_BY not in values:
+            return _formed(nominal, key, np.array([width]), [other])
+        form, moved_by, *_ = _FORMS[key]
+        off = 0.5 * values[ZEROED_BY] * width
+        moved = partial(_shifted, partial(moved_by, nominal, width, other), off)
+        return [_trace(nominal, moved, {**values, "width": width, key: other}, form)]
+    if ZEROED_BY in values:
+        return _formed(nominal, ZEROED_BY, np.array([width]), [values[ZEROED_BY]])
     return _traces(nominal, np.array([width])) + _dead(nominal, np.array([width]))
 
 
@@ -159,6 +166,11 @@ def _off_centre(nominal: Nominal, width: float, zeroed: float) -> Floats:
     """Play whose zero is not in its middle: a drive that was zeroed while it pulled, or let go."""
     moved: Floats = _played(nominal, width) + 0.5 * zeroed * width
     return moved
+
+
+def _shifted(moved: Callable[[], Floats], off: float) -> Floats:
+    """(samples,) the strain that is ``moved``, and so far off."""
+    return moved() + off
 
 
 def _beside_spring(nominal: Nominal, width: float, share: float) -> Floats:
@@ -262,25 +274,30 @@ def _closing(strain: Floats, width: float, share: float) -> Floats:
 
 def _coasting(nominal: Nominal, width: float, rolls_s: float) -> Floats:
     """Play in which a carriage rolls on, until it meets the other face."""
-    kept = float(np.exp(-nominal.dt_s / rolls_s))
+    kept = float(np.exp(-nominal.dt_s / PARTS / rolls_s))
     moved: Floats = _rolling(nominal.strain, width, kept)
     return moved
 
 
 @compiled
 def _rolling(strain: Floats, width: float, kept: float) -> Floats:
-    """(samples,) what goes on at its pace, of which so much is ``kept`` from sample to sample,
-    within half the ``width`` of the strain; a face that it meets takes it along."""
+    """(samples,) what goes on at its pace, of which so much is ``kept`` from part to part of a move
+    between samples, within half the ``width`` of the strain; a face that it meets takes it along.
+    """
     output = np.empty_like(strain)
-    y, pace = strain[0], 0.0
+    x = y = strain[0]
+    pace = 0.0
     for k in range(len(strain)):
-        free = y + pace
-        held = min(max(free, strain[k] - 0.5 * width), strain[k] + 0.5 * width)
-        pace = kept * pace if held == free else held - y
-        if held != free and k > 0:
-            # As fast as the face, not as the jump to it.
-            pace = strain[k] - strain[k - 1]
-        y = held
+        move = (strain[k] - x) / PARTS
+        for _ in range(PARTS):
+            x += move
+            pace *= kept
+            y += pace
+            held = min(max(y, x - 0.5 * width), x + 0.5 * width)
+            if held != y:
+                # As fast as the face, not as the jump to it.
+                y, pace = held, move
+        x = strain[k]
         output[k] = y
     return output
 
@@ -304,7 +321,8 @@ def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
     return column[:, None]
 
 
-ANY_SIGN = ("around", "much_around", "zeroed")
+ZEROED_BY = "zeroed"
+ANY_SIGN = ("around", "much_around", ZEROED_BY)
 # Play of more than a width, by its second parameter: what it is called, how it moves, some values,
 # and widths as shares of the play that is nearest. What a spring or a soft face passes on makes
 # play look narrower than it is; what is late besides, wider.
@@ -315,7 +333,7 @@ _FORMS: dict[
     "worn_with_time": ("worn_with_time", _worn_with_time, WORN, np.geomspace(0.85, 1.18, 4)),
     "around": ("worn_around", _worn_around, CENTRES, np.geomspace(0.7, 0.95, 4)),
     "much_around": ("worn_around", _worn_much_around, CENTRES, np.geomspace(0.6, 0.9, 4)),
-    "zeroed": ("off_centre", _off_centre, ZEROED, np.geomspace(0.92, 1.09, 5)),
+    ZEROED_BY: ("off_centre", _off_centre, ZEROED, np.geomspace(0.92, 1.09, 5)),
     "beside": ("sprung", _beside_spring, BESIDE, np.geomspace(0.95, 1.4, 5)),
     "slack": ("slack", _behind_slack, SLACK, np.geomspace(0.85, 1.18, 3)),
     "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
@@ -350,7 +368,7 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
-    fine=Fine(at, STEPS),
+    fine=Fine(at, STEPS, ((ZEROED_BY,),)),
     forms=("play", "dead_zone"),
     exact=True,
 )

@@ -32,6 +32,8 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
 # Time constants of two that settle together.
 FAST_S = (12.0, 20.0, 32.0, 50.0)
 SLOW_S = (120.0, 200.0, 330.0, 550.0)
+# And of one that begins slowly, or goes on ever more slowly.
+CURING_S = (30.0, 60.0, 120.0, 240.0, 480.0)
 
 
 def course(t_s: Floats, values: Values, form: str) -> Floats:
@@ -63,7 +65,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_laws(nominal, ("log", "exponential"), (1.0, 4.0, 15.0, 60.0, 200.0), SLOPES),
         *_powers(nominal, exponents, SLOPES),
         *_laws(nominal, ("hyperbolic", "root"), (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0)),
-        *_laws(nominal, ("exponential",), (30.0, 60.0, 120.0, 240.0), orders=(0.6, 1.5, 2.0)),
+        *_laws(nominal, ("exponential",), CURING_S, orders=(0.6, 1.5, 2.0, 2.5)),
         *_laws(nominal, ("log",), (20.0, 60.0, 150.0), orders=(0.7, 1.4)),
         *_mixed(nominal),
     ]
@@ -77,7 +79,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "tau_s" not in values:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
-    taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0)
+    taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0, 2.5)
     return [
         *_laws(nominal, ("log", "exponential", "hyperbolic", "root"), taus, SLOPES),
         *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),

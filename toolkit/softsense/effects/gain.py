@@ -23,6 +23,8 @@ _REFERENCE_CYCLES = 100.0
 EDGE = 0.01
 # Where the signal is 0, in spans from where a recording begins.
 ABOUT = (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7)
+# Powers of the way gone by which fatigue grows.
+FATIGUE = (0.35, 0.5, 0.7, 0.85)
 NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
 ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
 
@@ -58,7 +60,11 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_divided(nominal),
         Candidate((moved * t)[:, None], {}, "ageing"),
         Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
-        Candidate((moved * np.sqrt(way))[:, None], {}, "cycles"),
+        *(
+            Candidate((moved * way**power)[:, None], {"power": power}, "cycles")
+            for power in FATIGUE
+        ),
+        *_induced(nominal, (0.15, 0.3, 0.45), (0.1,)),
         *_logarithmic(nominal, (2.0, 20.0)),
         *_settling(nominal, (0.05, 0.15, 0.4), (1.0,)),
         *_settling(nominal, (0.2, 0.35, 0.6), (1.5, 2.0)),
@@ -72,6 +78,15 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return _about(nominal, [*ANYWHERE, *(values["zero"] + np.array(NEAR)).tolist()])
     if "ways" in values:
         return _logarithmic(nominal, (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist())
+    if "begins" in values:
+        near = (values["begins"] + np.array([-0.05, -0.025, 0.0, 0.025, 0.05])).tolist()
+        return _induced(nominal, near, (0.03, 0.06, 0.1, 0.15, 0.2))
+    if "power" in values:
+        way, moved = _way(nominal), _moved(nominal)
+        return explain(nominal) + [
+            Candidate((moved * way**power)[:, None], {"power": float(power)}, "cycles")
+            for power in values["power"] * np.array([0.8, 0.9, 1.1, 1.2])
+        ]
     if "part" in values:
         parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
         return _settling(nominal, parts, (0.8, 1.0, 1.25, 1.5, 1.75, 2.0))
@@ -126,6 +141,18 @@ def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float])
         for part in parts
         for order in orders
     ]
+
+
+def _induced(nominal: Nominal, begins: Sequence[float], widths: Sequence[float]) -> list[Candidate]:
+    """Growing with time from an instant on, in 400 s, as what is consumed first holds it off."""
+    t, moved = _time(nominal), _moved(nominal)
+    result = []
+    for begin in begins:
+        for width in widths:
+            grown = np.logaddexp(0.0, (t - begin) / width) - np.logaddexp(0.0, -begin / width)
+            values = {"begins": begin, "width": width}
+            result.append(Candidate((moved * width * grown)[:, None], values, "ageing"))
+    return result
 
 
 def _divided(nominal: Nominal) -> list[Candidate]:

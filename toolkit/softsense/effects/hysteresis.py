@@ -111,6 +111,11 @@ FEW_RELAYS = (
     ((1, 2, 3, 5, 8, 12, 18, 26), 3),
 )
 PULLS = (2.5, 5.0, 10.0, 20.0)
+# Cells along each side of a plane whose density is any, and ways of states that pinch; and a ridge
+# for their weights.
+CELLS = 8
+PINCHED = np.array([0.05, 0.15, 0.4])
+RIDGE = 1e-5
 # Of the range, around which curves are powers.
 MIDDLE = 0.5
 # Columns of ``_duhem`` before its curve, and of the curve of ``_preisach``.
@@ -159,6 +164,63 @@ def _last_level(base: Floats, count: float, first: float) -> Floats:
 
 
 @compiled
+def _within(cells: int, above: float, below: float, sign: float, area: Floats) -> None:
+    """Add to ``area`` (cells,) of a plane that of the relays which switch on up to ``above`` and
+    off down to ``below``, as a share of each cell's, times ``sign``."""
+    number = 0
+    for row in range(cells):
+        on = min(max(above * cells - row, 0.0), 1.0)
+        for column in range(row + 1):
+            off = min(max(below * cells - column, 0.0), 1.0)
+            if column < row:
+                area[number] += sign * on * (1.0 - off)
+            else:
+                area[number] += sign * max(on - off, 0.0) ** 2
+            number += 1
+
+
+@compiled
+def _plane(base: Floats, cells: int, step: int) -> Floats:
+    """(samples, cells (cells + 1) / 2) the share of relays that are on in each cell of a plane, at
+    every so many samples of ``base`` (0 … 1), all off before.
+
+    Preisach's operator by the extrema that no later one has wiped out (Everett, Trans. Faraday Soc.
+    51, 1955), of a density that is the same within each cell.
+    """
+    count = cells * (cells + 1) // 2
+    output = np.empty(((len(base) + step - 1) // step, count))
+    high, low = np.empty(len(base) + 1), np.empty(len(base) + 1)
+    settled, pairs, rising, top, last = np.zeros(count), 0, True, 0.0, 0.0
+    for k in range(len(base)):
+        now = min(max(base[k], 0.0), 1.0)
+        before = pairs
+        if now > last and not rising:
+            high[pairs], low[pairs] = top, last
+            pairs, rising = pairs + 1, True
+        elif now < last and rising:
+            top, rising = last, False
+        while rising and pairs and now >= high[pairs - 1]:
+            pairs -= 1
+        while not rising and pairs and now <= low[pairs - 1]:
+            pairs -= 1
+            top = high[pairs]
+        if pairs != before:
+            settled[:] = 0.0
+            for j in range(pairs):
+                _within(cells, high[j], low[j - 1] if j else 0.0, 1.0, settled)
+                _within(cells, high[j], low[j], -1.0, settled)
+        last = now
+        if k % step == 0:
+            row = output[k // step]
+            row[:] = settled
+            bottom = low[pairs - 1] if pairs else 0.0
+            _within(cells, now if rising else top, bottom, 1.0, row)
+            if not rising:
+                _within(cells, top, now, -1.0, row)
+    return output
+
+
+@compiled
 def _along(base: Floats, way: Floats, pull: float) -> Floats:
     """Each column of ``base`` (samples, p) through a low-pass of the first order whose time is the
     ``way`` (samples,) that was gone, with ``pull`` its rate."""
@@ -185,6 +247,21 @@ def _duhem(base: Floats, pull: float) -> Floats:
     begun = -np.expm1(-pull * np.cumsum(way))
     slow = _along(powers, way, pull) - powers
     return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)
+
+
+def _pinched(base: Floats) -> Floats:
+    """(samples, columns) of Dahl's states, their powers, and these along ``base`` (samples,).
+
+    Loops that are pinched, or wider at one end (Baber and Noori, J. Eng. Mech. 111, 1985), are
+    curves of such states.
+    """
+    signal = np.repeat(base[:, None], len(PINCHED), axis=1)
+    state = _bouc_wen(signal, PINCHED, 1.0, signal[0].copy(), np.zeros((len(PINCHED), 1)))
+    here = (base - MIDDLE)[:, None]
+    square = state * state
+    powers = [here**k - here[0] ** k for k in range(1, _CURVE + 1)]
+    parts = [state, state * here, state * here**2, square, square * here, square * state]
+    return np.concatenate([*parts, *powers], axis=1)
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
@@ -221,6 +298,17 @@ def explain(nominal: Nominal) -> list[Candidate]:
     def drawn(base: int, pull: float) -> Floats:
         return _duhem(bases[base], pull)[nominal.keep] * nominal.span
 
+    def any_density() -> Floats:
+        step = nominal.keep.step or 1
+        cells = _plane(nominal.strain, CELLS, step)
+        here = (nominal.strain - MIDDLE)[nominal.keep, None]
+        powers = [here**k - here[0] ** k for k in range(1, _CURVE + 1)]
+        made: Floats = np.concatenate([cells, *powers], axis=1) * nominal.span
+        return made
+
+    def pinched() -> Floats:
+        return _pinched(nominal.strain)[nominal.keep] * nominal.span
+
     def beside(*parts: Callable[[], Floats]) -> Callable[[], Floats]:
         return lambda: np.concatenate([part() for part in parts], axis=1)
 
@@ -244,6 +332,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
         curve = partial(_last, partial(relays, base), _CURVE)
         for form, part in (("dahl", slipped), ("prandtl-ishlinskii and dahl", mixed)):
             result.append(Candidate(beside(part, curve), {}, form, curved=True))
+    for form, part in (("preisach", any_density), ("pinched", pinched)):
+        result.append(Candidate(part, {}, form, curved=True, pliable=True, ridge=RIDGE))
     return result + _few_relays(nominal)
 
 

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
-# Widths of the knee as shares of the signal's range, and what is tried near one.
+# Widths of the knee as shares of the signal's range, and what is tried near one: far and close, for
+# the next look is around what is best.
 KNEES = np.array([0.0, 0.02, 0.06, 0.15])
-NEAR = np.array([0.6, 0.8, 1.0, 1.3, 1.7])
+NEAR = np.array([0.5, 0.7, 0.84, 0.94, 1.0, 1.06, 1.18, 1.4, 2.0])
+SHARP = np.array([0.0, 0.004, 0.01, 0.02])
+AROUND = np.array([0.0005, 0.0015, 0.004, 0.01, 0.02])
 # How far inside the signal's range a second rail may be, as shares of it.
 INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
 # What of the signal comes through beyond a rail.
-THROUGH = (0.05, 0.1, 0.15)
+THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2)
 
 
 def simulate(
@@ -38,25 +41,23 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one level and one knee, also where a part comes through; or both rails."""
-    around = np.linspace(-0.02, 0.02, 11) * nominal.span
-    knee = values["knee"] * nominal.full_scale
-    knees = knee * NEAR if knee else KNEES[:2] * nominal.span
-    if "level" not in values:
-        bottoms = values["bottom"] * nominal.full_scale + around
-        made = _lower(nominal, bottoms, knees)
-        levels = nominal.low + (1.0 - INSIDE) * nominal.span
-        return (
-            made
-            + _leaking(made[:: len(knees)])
-            + _between(nominal, levels, knees[:1], bottoms[::3])
-        )
-    levels = values["level"] * nominal.full_scale + around
-    if "bottom" in values:
-        near = values["bottom"] * nominal.full_scale + around[1::2]
-        return _between(nominal, levels[1::2], knees[:1], near)
-    made = _traces(nominal, levels, knees)
-    bottoms = nominal.low + INSIDE * nominal.span
-    return made + _leaking(made[:: len(knees)]) + _between(nominal, levels[::3], knees[:1], bottoms)
+    around = np.concatenate([-AROUND[::-1], [0.0], AROUND]) * nominal.span
+    knee = np.array([values["knee"] * nominal.full_scale])
+    knees = knee * NEAR if knee else SHARP * nominal.span
+    made, through = _lower if "level" not in values else _traces, values.get("through", 0.0)
+    end = values["bottom" if "level" not in values else "level"] * nominal.full_scale + around
+    if "level" in values and "bottom" in values:
+        near = values["bottom"] * nominal.full_scale + around[::2]
+        return _between(nominal, end[::2], knee, near)
+    inside = INSIDE if "level" in values else 1.0 - INSIDE
+    other = nominal.low + inside * nominal.span
+    levels, bottoms = (end[1::3], other) if "level" in values else (other, end[1::3])
+    there = made(nominal, end, knees)
+    return [
+        *([each.leaking(through) for each in there] if through else there),
+        *(each.leaking(part) for each in made(nominal, end, knee) for part in THROUGH),
+        *_between(nominal, levels, knee, bottoms),
+    ]
 
 
 def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
@@ -83,10 +84,6 @@ def _beyond(over: Floats, knee: float) -> Floats:
     """(samples,) what is ``over`` a rail, and more of it the closer it comes within a ``knee``."""
     cut: Floats = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
     return cut
-
-
-def _leaking(candidates: Sequence[Candidate]) -> list[Candidate]:
-    return [candidate.leaking(through) for candidate in candidates for through in THROUGH]
 
 
 def _between(nominal: Nominal, levels: Floats, knees: Floats, bottoms: Floats) -> list[Candidate]:
