@@ -26,7 +26,14 @@ from softsense.diagnose.nominal import (
     nominals,
     reference_of,
 )
-from softsense.diagnose.variance import Finding, cleaned, evident, findings, jerky
+from softsense.diagnose.variance import (
+    Finding,
+    cleaned,
+    evident,
+    findings,
+    jerky,
+    noise_beside,
+)
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
@@ -867,12 +874,13 @@ def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> Non
     news = innovations(walk[:, None], gain)[:, 0]
     assert news.std() == pytest.approx(1.0, rel=0.03)
     assert abs(np.corrcoef(news[1:], news[:-1])[0, 1]) < 0.05
-    assert not jerky(walk, gain)
+    everywhere = np.ones(len(walk), dtype=bool)
+    assert not jerky(walk, gain, everywhere)
     ringing = np.exp(-np.arange(60) / 12) * np.sin(np.arange(60) * 0.53)
     rung = np.convolve(rng.normal(size=len(walk)) * (rng.random(len(walk)) < 0.02), ringing)
-    assert jerky(20.0 * rung[: len(walk)] + rng.normal(size=len(walk)), gain)
+    assert jerky(20.0 * rung[: len(walk)] + rng.normal(size=len(walk)), gain, everywhere)
     swung = sum(np.sin(np.arange(len(walk)) * pace) for pace in (0.013, 0.037, 0.11))
-    assert jerky(20.0 * swung + rng.normal(size=len(walk)), gain)
+    assert jerky(20.0 * swung + rng.normal(size=len(walk)), gain, everywhere)
 
 
 def test_noise_is_no_louder_beside_a_walk_that_moves_as_much() -> None:
@@ -1079,6 +1087,45 @@ def test_a_tone_that_is_switched_leaves_nothing_at_its_instants() -> None:
     rest = cleaned(left, [found], motion)
     assert np.abs(rest).max() < 6.0
     assert np.std(rest[:, 1]) == pytest.approx(1.0, rel=0.03)
+
+
+def test_a_tone_in_pulses_whose_phase_wanders_is_no_spikes() -> None:
+    """A heater that is on for two thirds of a minute, its pulses sampled now and then."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(5)
+    index = np.arange(len(codes))
+    on = index // 400 % 3 > 0
+    phase = 2 * np.pi * 7.79 * 0.05 * index + np.cumsum(rng.normal(0.0, 0.03, len(codes)))
+    left = rng.normal(size=codes.shape)
+    left[:, 2] += 40.0 * on * (np.exp(2.0 * (np.cos(phase) - 1.0)) - 0.3)
+    motion = motion_of(x, 0.05, 0.0, None)
+    found = findings(left, left, rng.normal(size=codes.shape), motion, False)
+    assert [(each.name, each.channels) for each in found] == [("interference", (2,))]
+    assert np.std(cleaned(left, found, motion)[:, 2]) < 2.0
+    assert noise_beside(cleaned(left, found, motion), found) == pytest.approx(np.ones(4), abs=0.2)
+
+
+def test_spikes_that_ring_for_long_are_spikes() -> None:
+    """Two time constants, and the next one often before the last is over."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(8)
+    hits = (rng.random(len(codes)) < 0.01) * rng.choice([-1.0, 1.0], len(codes)) * 90.0
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += lfilter([1.0], np.convolve([1.0, -0.7], [1.0, -0.8]), hits)
+    motion = motion_of(x, 0.05, 0.0, None)
+    found = findings(left, left, rng.normal(size=codes.shape), motion, False)
+    assert [(each.name, each.channels) for each in found] == [("spikes", (1,))]
+    assert np.std(left[:, 1]) > 12.0
+    assert np.std(cleaned(left, found, motion)[:, 1]) < 2.5
+
+
+def test_a_walk_is_no_jerk_where_a_rail_hides_it() -> None:
+    rng = np.random.default_rng(2)
+    walk = np.cumsum(rng.normal(size=8000)) + rng.normal(size=8000)
+    held = np.arange(8000) // 700 % 2 == 1
+    hidden = np.where(held, 0.0, 3.0 * walk)
+    assert jerky(hidden, 0.6, np.ones(8000, dtype=bool))
+    assert not jerky(hidden, 0.6, ~np.convolve(held, np.ones(41), "same").astype(bool), False)
 
 
 def test_where_all_strokes_are_alike_so_are_effects_that_lag_behind() -> None:

@@ -202,18 +202,25 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     strain = together(alone, residual, noise_rms(residual), np.flatnonzero(~hit))
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
 
-    def looked(residual: Floats, names: Sequence[str]) -> tuple[list[Channel], Vetted]:
-        made = _channels(smooth, motion, residual, own, missed, reference, sim.adc_bits, names)
+    def looked(
+        residual: Floats, names: Sequence[str], found: Sequence[variance.Finding]
+    ) -> tuple[list[Channel], Vetted]:
+        noise = variance.noise_beside(residual, found)
+        made = _channels(
+            smooth, motion, residual, noise, own, missed, reference, sim.adc_bits, names
+        )
         return made, vetted(made, search(made, names), motion, strain)
 
     settled = False
     if strain.left < min(SAYS_ALL, MOST * strain.gap):
         # Where play or a delay says it too, there is nothing else to look for.
-        channels, checked = looked(quiet, [name for name in known if name in moving() | ALIKE])
+        channels, checked = looked(
+            quiet, [name for name in known if name in moving() | ALIKE], plain
+        )
         settled = checked.models[0].names <= moving()
         settled = settled and left_share(channels, checked.models[0]) < SETTLED
     if not settled:
-        channels, checked = looked(quiet, known)
+        channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
     found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
@@ -223,7 +230,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
     if again and not settled:
         # Spikes and lines had been taken for noise, or too much for a line.
-        channels, checked = looked(better, known)
+        channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
     if again or tones:
         found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse, tones)
@@ -424,6 +431,7 @@ def _channels(
     smooth: Floats,
     motion: Motion,
     residual: Floats,
+    noise: Floats,
     own: Floats,
     missed: Floats,
     reference: Reference,
@@ -432,7 +440,7 @@ def _channels(
 ) -> list[Channel]:
     curve = _curve(motion)
     made = nominals(smooth, smooth + residual, motion, bits, reference)
-    sigma = [_noise(*each) for each in zip(made, noise_rms(residual), np.sqrt(own), strict=True)]
+    sigma = [_noise(*each) for each in zip(made, noise, np.sqrt(own), strict=True)]
     history = history_basis(motion.strain, motion.dt_s)
 
     def channel(number: int) -> Channel:

@@ -37,6 +37,8 @@ UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
 # Where even two effects leave so much of it, something is there besides, or in their place.
 REMAINING_SHARE = 0.02
+# Beside noise, spikes or tones so much of the gap, and as much as the noise itself.
+REMAINING_BESIDE = 0.15
 # What tails of spikes leave of any channel, in noise variances per sample.
 TAILS = 1.5
 # Above this share of one common walk, the walks of several channels have one cause. Independent
@@ -124,7 +126,11 @@ def tell(
     several = len(best.names - {WALK}) > 1
     much = REMAINING_SHARE if several else REMAINING_ALONE
     # How loud an uneven noise is, and so what is left beyond it, is known only roughly.
-    remains = bool(best.names) and (several or not found) and left_share(channels, best) > much
+    rough = bool(found) and not several
+    left = left_share(channels, best)
+    plenty = left * sum(c.excess / c.samples for c in channels) > len(channels)
+    remains = bool(best.names) and left > (REMAINING_BESIDE if rough else much)
+    remains = remains and (plenty or not rough)
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
@@ -160,7 +166,7 @@ def tell(
         "where": _where(channels, names, motion, effects),
         "effects": effects,
         "unexplained": {
-            "share": (1.0 if not best.names else left_share(channels, best)) if present else 0.0,
+            "share": (1.0 if not best.names else left) if present else 0.0,
             "unknown_effect": unknown or remains,
         },
         "confusable": [

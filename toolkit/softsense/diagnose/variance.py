@@ -32,6 +32,10 @@ BESIDE_RIGHT = 1.4
 # Noise is uneven where its power varies by such a factor; by more beside an effect that ever moves,
 # from one sample to the next, by so much of the noise.
 UNEVEN = 2.5
+# Or where it is louder by some factor besides: uneven by such a one, or of such an excess kurtosis.
+SOMEWHAT = 1.4
+RATHER_UNEVEN = 1.5
+BURSTS = 1.5
 UNEVEN_BESIDE = 8.0
 MOVING = 0.3
 # The slowest of so many samples are still.
@@ -58,6 +62,9 @@ SPIKE_AROUND = 101
 SPIKE_STANDS = 0.5
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
+# No more samples are spikes: what is far from its neighbours more often is a tone that is off half
+# of the time.
+SPIKE_MOST = 0.1
 # Samples whose median is what is usual where a spike begins.
 NEWS = 9
 # Of the samples that are half as far as a spike is, so many must be spikes.
@@ -73,12 +80,17 @@ TAIL_TURN = 3
 TAIL_STAYS = 0.2
 # And fades by so much from sample to sample at least.
 SPIKE_FADES = 0.95
+# Of so many samples what follows is foretold where spikes ring; what is not has such a kurtosis.
+RINGS = 4
+RINGING = 20.0
 # So much of a long recording says how large a tone is beside the noise.
 STRETCH = 32_768
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
-TONES_S = (20.0, 7.0, 2.5)
+TONES_S = (20.0, 7.0, 2.5, 1.2)
 TONE_PERIODS = 4.0
+# What a spike that is left costs, in noise variances: pulses that are not followed leave some.
+SHARP_PRICE = 100.0
 TONE_PRICE = 24.0
 HARMONICS = 40
 # A tone whose frequency moves is seen in frames of so many seconds, in so many of them at least; it
@@ -90,6 +102,12 @@ FRAME_STEP = 2
 COURSE_ORDER = 5
 # So many of the frames are looked at before all.
 FRAMES = 100
+# A tone whose phase wanders, or that is switched all the time, is a hump in the spectrum of pieces
+# of so many seconds: by this factor above both sides, so far from it, and above this frequency.
+HUMP_S = 12.0
+HUMP_RATIO = 8.0
+HUMP_HZ = 1.5
+ASIDE_HZ = 0.5, 1.5
 # How many more tones may be beside one, and their least power, of the noise's.
 MORE_TONES = 2
 LEAST_TONE = 0.05
@@ -109,10 +127,12 @@ SHARP_RATIO = 40.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
 # A tone that is switched on and off shows within so long and so many of its periods; an instant
-# must explain so many noise variances.
+# must explain so many noise variances, of each harmonic.
 SWITCH_S = 1.5
 SWITCH_PERIODS = 3.0
 SWITCH_PRICE = 12.0
+# Spikes are there while it is off, too: no less often than this part of what chance would have.
+WHILE_OFF = 0.4
 # Excess kurtosis of the moves of a walk.
 JERKY = 4.0
 # The autocorrelation of these moves, so many later, of what swings back.
@@ -175,18 +195,20 @@ def findings(
             line = None
         if line is not None:
             lines[c] = line
-            rest = _toneless(rest, line, motion.dt_s)
+            rest = _without_tone(rest, line, motion.dt_s)
             news = _news(rest) if c in walking else rest
         if c in coarse:
             continue
         # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
         sharp = rest if c in walking and not _spikes(news).any() else news
-        hit = _spikes(sharp)
+        hit = _sudden(sharp)
         # What was explained may jump a moment early or late.
         said = residual[:, c] - left[:, c]
         jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
         hit &= _fast(sharp) > jumps
         if said.any() and hit.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
+            hit[:] = False
+        if c in lines and _only_while_on(hit, left[:, c], lines[c], motion.dt_s):
             hit[:] = False
         rest = news
         if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
@@ -203,8 +225,14 @@ def findings(
         along = covariates[1:] if c in bent else covariates
         if moving:
             levels[c], along = min(level, _still(rest, motion)), along[:-1]
-        uneven = _uneven(rest, along, unevenness) and not _uneven(own[:, c], along, unevenness)
-        if level > NOISE_FACTOR * max(there[c], 1.0) or (uneven and c not in spiky):
+        here, simulated = _unevenness(rest, along), _unevenness(own[:, c], along)
+        uneven = here > unevenness >= simulated
+        louder = level / max(there[c], 1.0)
+        if not explained and louder > SOMEWHAT:
+            # Two signs of it together, though each alone could be as simulated.
+            uneven |= louder * np.sqrt(here) > NOISE_FACTOR and here > RATHER_UNEVEN * simulated
+            uneven |= _tails(rest) > BURSTS > 2.0 * _tails(own[:, c])
+        if louder > NOISE_FACTOR or (uneven and c not in spiky):
             loud[c] = level
     loud |= {c: levels[c] for c in _apart({c: levels[c] / there[c] for c in levels}) - set(bent)}
     result = []
@@ -235,8 +263,11 @@ def evident(residual: Floats, motion: Motion, coarse: Sequence[int] = ()) -> lis
         line = _line(unspiked, motion.dt_s, LOUD_TONE, FAST_HZ)
         if line is not None and not _moves(unspiked, motion, line):
             result.append(Finding("interference", (c,), line, "frequency_hz"))
-            signal = _toneless(unspiked, line, motion.dt_s) + signal - unspiked
-        if c not in coarse and _spikes(signal).sum() >= MANY * SPIKE_COUNT:
+            signal = _without_tone(signal, line, motion.dt_s)
+        hit = _sudden(signal)
+        if line is not None and _only_while_on(hit, residual[:, c], line, motion.dt_s):
+            continue
+        if c not in coarse and hit.sum() >= MANY * SPIKE_COUNT:
             result.append(Finding("spikes", (c,), 1.0, "channels with spikes"))
     return result
 
@@ -256,24 +287,33 @@ def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
             continue
         clean = clean.copy()
         for c in finding.channels:
-            rest = _unspiked(clean[:, c])
-            if finding.name == "interference":
-                spikes = clean[:, c] - rest
-                rest = _toneless(rest, finding.value, motion.dt_s)
-                for _ in range(MORE_TONES):
-                    line = _line(rest, motion.dt_s, LEAST_TONE)
-                    if line is None or _moves(rest, motion, line):
-                        break
-                    rest = _toneless(rest, line, motion.dt_s)
-                rest = rest + spikes
+            if finding.name == "spikes":
+                clean[:, c] = _unspiked(clean[:, c])
+                continue
+            rest = _without_tone(clean[:, c], finding.value, motion.dt_s)
+            for _ in range(MORE_TONES):
+                plain = _unspiked(rest)
+                line = _line(plain, motion.dt_s, LEAST_TONE)
+                if line is None or _moves(plain, motion, line):
+                    break
+                rest = _without_tone(rest, line, motion.dt_s)
             clean[:, c] = rest
     return clean
+
+
+def noise_beside(residual: Floats, found: Sequence[Finding]) -> Floats:
+    """(channels,) noise of a ``residual`` (samples, channels) that is ``cleaned`` of what was
+    ``found``: with a tone went what noise there is near its frequency."""
+    level = noise_rms(residual)
+    for c in {c for finding in found if finding.name == "interference" for c in finding.channels}:
+        level[c] = max(level[c], _between_lines(residual[:, c]))
+    return level
 
 
 def _unspiked(signal: Floats) -> Floats:
     """``signal`` (samples,) with straight lines where its spikes were, and without their tails."""
     plain = _lined(signal)
-    answer = _answer(_shape(signal))
+    answer = _ringing(signal)
     if not len(answer):
         return plain
     # What no spike before foretells is the spikes themselves, which are sharp; what is beside them
@@ -310,6 +350,31 @@ def _answer(shape: Floats) -> Floats:
     return answer if np.abs(np.roots(answer)).max() < SPIKE_FADES else np.zeros(0)
 
 
+def _ringing(signal: Floats) -> Floats:
+    """The same of what spikes in ``signal`` (samples,) leave behind, or nothing where they are
+    sharp. Where they are too many for their shape to be seen, all samples say what follows one."""
+    answer = _answer(_shape(signal))
+    if len(answer):
+        return answer
+    held = signal - signal.mean()
+    past = np.stack([held[RINGS - k : -k] for k in range(1, RINGS + 1)], axis=1)
+    answer = np.array([1.0, *-np.linalg.lstsq(past, held[RINGS:])[0]])
+    below = np.flatnonzero(lfilter([1.0], answer, np.eye(1, TAIL)[0]) < -TAIL_END)
+    swings = len(below) > 0 and below[0] > TAIL_TURN
+    if np.abs(np.roots(answer)).max() > SPIKE_FADES or swings:
+        return np.zeros(0)
+    news = lfilter(answer, [1.0], held)
+    rings = kurtosis(news) > RINGING and _spikes(news).sum() >= MANY * SPIKE_COUNT
+    return answer if rings else np.zeros(0)
+
+
+def _sudden(signal: Floats) -> NDArray[np.bool_]:
+    """(samples,) whether there is a spike, or one begins that rings."""
+    hit = _spikes(signal)
+    answer = np.zeros(0) if hit.any() else _ringing(signal)
+    return _spikes(lfilter(answer, [1.0], signal - signal[0])) if len(answer) else hit
+
+
 def _shape(signal: Floats) -> Floats:
     """A spike of size 1 and its tail, as ``signal`` (samples,) has them; nothing where it is sharp.
 
@@ -340,37 +405,55 @@ def _shape(signal: Floats) -> Floats:
 
 
 def _mixed(
-    signal: Floats, frequency: Floats | float, dt_s: float, window_s: float
+    signal: Floats, frequency: Floats | float, dt_s: float, window_s: float, on: Floats
 ) -> tuple[Complex, Complex]:
-    """(samples,) half the size and phase of a tone, averaged over ``window_s``, and its turns.
+    """(samples,) half the size and phase of a tone, averaged over ``window_s`` while it is ``on``,
+    and its turns.
 
-    ``frequency`` in Hz, one or (samples,).
+    ``frequency`` in Hz, one or (samples,); ``on`` (samples,) 0 or 1.
     """
     turned = np.cumsum(np.broadcast_to(frequency, signal.shape)) * dt_s
     turns = np.exp(2j * np.pi * turned)
+    return _averaged((signal - signal.mean()) * turns.conj(), dt_s, window_s, on), turns
+
+
+def _averaged(signal: Complex, dt_s: float, window_s: float, on: Floats) -> Complex:
+    """(samples,) the mean of ``signal`` within a window around each sample that is ``on``, of such
+    samples; 0 elsewhere."""
     window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
-    weight = oaconvolve(np.ones(len(signal)), window, "same")
-    return oaconvolve((signal - signal.mean()) * turns.conj(), window, "same") / weight, turns
+    weight = np.where(on > 0.0, oaconvolve(on, window, "same"), np.inf)
+    mean: Complex = oaconvolve(signal * on, window, "same") / weight
+    return mean
 
 
-def _tone(signal: Floats, frequency: Floats | float, dt_s: float, window_s: float) -> Floats:
-    """What ``signal`` has around ``frequency`` (Hz), its size and phase wandering slowly.
+def _along(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Floats:
+    """What ``signal`` has of a wave with the ``turns`` (samples,) of another one, while ``on``."""
+    size = _averaged((signal - signal.mean()) * turns.conj(), dt_s, window_s, on)
+    wave: Floats = 2.0 * (size * turns).real
+    return wave
+
+
+def _tone(
+    signal: Floats, frequency: Floats | float, dt_s: float, window_s: float, on: Floats
+) -> Floats:
+    """What ``signal`` has around ``frequency`` (Hz) while ``on``, size and phase wandering slowly.
 
     Mixed down to 0 Hz, averaged over ``window_s``, and mixed up again.
     """
-    size, turns = _mixed(signal, frequency, dt_s, window_s)
+    size, turns = _mixed(signal, frequency, dt_s, window_s, on)
     tone: Floats = 2.0 * (size * turns).real
     return tone
 
 
 def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
-    """(samples,) the part of a tone that is switched on and off, and how often it is."""
+    """(samples,) 1 while a tone of ``frequency`` (Hz) is on and else 0, and how often it is
+    switched."""
     window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
-    size = np.abs(_mixed(signal, frequency, dt_s, window_s)[0])
+    size = np.abs(_mixed(signal, frequency, dt_s, window_s, np.ones(len(signal)))[0])
     on = size > 0.5 * np.quantile(size, 0.9)
     edges = np.flatnonzero(np.diff(on)) + 1
-    if not len(edges):  # always on: no part of it is switched
-        return np.zeros(len(signal)), 0
+    if not len(edges):
+        return np.ones(len(signal)), 0
     tone = _while_on(signal, frequency, dt_s, edges, on[0], window_s)
     # The instants themselves: by what fits either side better, beside what is slow.
     window = np.hanning(round(window_s / dt_s) + 2)
@@ -381,7 +464,8 @@ def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, in
         low, high = max(edge - reach, 1), min(edge + reach, len(on) - 1)
         near = better[low - 1 : high]
         edges[number] = low + int(np.argmin(near) if on[edge] else np.argmax(near))
-    return _while_on(signal, frequency, dt_s, edges, on[0], 0.0), len(edges)
+    crossed = np.searchsorted(edges, np.arange(len(signal)), side="right")
+    return ((crossed + on[0]) % 2).astype(np.float64), len(edges)
 
 
 def _while_on(
@@ -404,17 +488,33 @@ def _while_on(
         if len(k) < 8:
             continue
         wide = np.arange(max(begin - more // 2, 0), min(end + more // 2, len(signal)))
-        turns = 2.0 * np.pi * frequency * dt_s * wide
         u = (wide - begin) / len(k) - 0.5
         powers = u[:, None] ** np.arange(3 if len(k) * dt_s * frequency > 10.0 else 1)
-        waves = np.concatenate(
-            [powers * np.cos(turns)[:, None], powers * np.sin(turns)[:, None]], 1
-        )
+        turns = 2.0 * np.pi * frequency * dt_s * wide
+        waves = np.concatenate([powers * wave(turns)[:, None] for wave in (np.cos, np.sin)], 1)
         inside = slice(begin - wide[0], end - wide[0])
         basis = np.concatenate([waves, u[:, None] ** np.arange(2)], 1)[inside]
         weights = np.linalg.lstsq(basis, signal[begin:end])[0]
         tone[wide] = waves @ weights[: waves.shape[1]]
     return tone
+
+
+def _only_while_on(hit: NDArray[np.bool_], signal: Floats, frequency: float, dt_s: float) -> bool:
+    """Whether samples are ``hit`` only while a tone of ``frequency`` (Hz) in ``signal`` is on: such
+    are what is left of its pulses."""
+    on, times = _switched(signal, frequency, dt_s)
+    expected = float((1.0 - on).mean()) * hit.sum()
+    return times > 0 and float(hit @ (1.0 - on)) < WHILE_OFF * expected
+
+
+def _without_tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
+    """The same with the spikes that ``signal`` (samples,) has: they are no part of a tone, unless
+    it comes in pulses."""
+    plain = _unspiked(signal)
+    toneless = _toneless(plain, frequency, dt_s) + signal - plain
+    if np.array_equal(plain, signal):
+        return toneless
+    return min(_toneless(signal, frequency, dt_s), toneless, key=np.var)
 
 
 def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
@@ -423,52 +523,56 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     courses: list[Floats | float] = [frequency]
     if moving is not None and np.abs(moving - frequency).min() < SAME_HZ:
         courses.append(moving)
+    always, switched = (np.ones(len(signal)), 0), _switched(signal, frequency, dt_s)
     made = []
-    for course in courses:
-        for window_s in TONES_S:
-            if window_s * frequency < TONE_PERIODS:
-                continue
-            rest = signal
-            for _ in range(TWICING):
-                rest = rest - _tone(rest, course, dt_s, window_s)
-            # Spikes, which a tone hid, are no reason for a shorter time.
-            plain = _unspiked(rest)
-            price = TONE_PRICE * float(noise_rms(plain[:, None])[0]) ** 2 * dt_s / window_s
-            made.append((float(np.var(plain)) + price, window_s, rest))
-    _, window_s, rest = min(made, key=lambda one: one[0])
-    rest = _without_harmonics(rest, float(np.var(signal - rest)), frequency, dt_s, window_s)
-    tone, times = _switched(signal, frequency, dt_s)
-    price = SWITCH_PRICE * float(noise_rms(rest[:, None])[0]) ** 2 * times / len(signal)
-    return signal - tone if np.var(signal - tone) + price < np.var(rest) else rest
+    for on, times in [always, switched] if switched[1] else [always]:
+        for course in courses:
+            for window_s in TONES_S:
+                if window_s * frequency < TONE_PERIODS:
+                    continue
+                rest = signal
+                for _ in range(TWICING):
+                    rest = rest - _tone(rest, course, dt_s, window_s, on)
+                wave = signal - rest
+                rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
+                # Spikes, which a tone hid, are no reason for a shorter time.
+                plain = _unspiked(rest)
+                changes = TONE_PRICE * dt_s / window_s + SWITCH_PRICE * times / len(signal)
+                sharp = SHARP_PRICE * float(_spikes(rest).mean())
+                price = (changes * waves + sharp) * float(noise_rms(plain[:, None])[0]) ** 2
+                made.append((float(np.var(plain)) + price, rest))
+    return min(made, key=lambda one: one[0])[1]
 
 
 def _without_harmonics(
-    rest: Floats, tone: float, frequency: float, dt_s: float, window_s: float
-) -> Floats:
-    """``rest`` of a tone of ``frequency`` (Hz) and power ``tone`` without its harmonics."""
-    power = 2.0 * np.abs(np.fft.rfft(rest)) ** 2 / len(rest) ** 2
-
-    def band(around: float, reach: float) -> Floats:
-        low, high = ((around + way * reach) * len(rest) * dt_s for way in (-1.0, 1.0))
-        return np.asarray(power[max(round(low), 0) : round(high) + 1])
-
-    last = 1
+    rest: Floats, wave: Floats, frequency: float, dt_s: float, window_s: float, on: Floats
+) -> tuple[Floats, int]:
+    """``rest`` without the harmonics of a tone ``wave`` (samples,) of ``frequency`` (Hz) that is
+    ``on`` or off, and how many waves that are, the tone among them."""
+    tone = float(np.var(wave))
+    size, turns = _mixed(wave, frequency, dt_s, window_s, on)
+    turned = np.unwrap(np.angle(size * turns))
+    away = np.abs(np.fft.fftfreq(len(rest), dt_s))
+    last = waves = 1
     for harmonic in range(2, HARMONICS + 1):
         folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
         close = harmonic <= last + 2
         if folded < SLOWEST_HZ or not (close or harmonic <= LOW_HARMONIC):
             continue
         over_s = max(window_s, 4.0 / folded)
-        within = band(folded, 0.75 / over_s)
-        chance = len(within) * float(np.median(band(folded, AROUND_HZ))) / np.log(2.0)
+        # Its phase goes as the tone's does.
+        along = np.exp(1j * harmonic * turned)
+        power = 2.0 * np.abs(np.fft.fft((rest - rest.mean()) * along.conj())) ** 2 / len(rest) ** 2
+        within = power[away <= 0.75 / over_s]
+        chance = len(within) * float(np.median(power[away < AROUND_HZ])) / np.log(2.0)
         # What is as slow as the tone changes is motion, unless it is sharp.
         usual = close and over_s == window_s and within.sum() < HARMONIC_MOST * tone / harmonic**2
         if within.sum() > HARMONIC_RATIO * chance and (
             usual or (harmonic <= LOW_HARMONIC and _sharp(rest, folded, dt_s))
         ):
-            rest = rest - _tone(rest, folded, dt_s, over_s)
-            last = harmonic
-    return rest
+            rest = rest - _along(rest, along, dt_s, over_s, on)
+            last, waves = harmonic, waves + 1
+    return rest, waves
 
 
 def _fast(signal: Floats) -> Floats:
@@ -492,7 +596,8 @@ def _spikes(left: Floats) -> NDArray[np.bool_]:
     fast = _fast(left)
     scale = max(1.4826 * float(np.median(fast)), 0.5)
     hit: NDArray[np.bool_] = fast > SPIKE_SIGMA * scale
-    if hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
+    many = hit.sum() > SPIKE_MOST * len(hit)
+    if many or hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
         hit[:] = False
     return hit
 
@@ -561,6 +666,22 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     return frequency
 
 
+def _hump(signal: Floats, dt_s: float, slowest: float) -> float | None:
+    """Frequency (Hz) of what stands out from both sides of it, though no line is sharp there."""
+    length = round(HUMP_S / dt_s)
+    if len(signal) < 4 * length:
+        return None
+    at, power = welch(signal, fs=1.0 / dt_s, nperseg=length)
+    peak = int(np.argmax(np.where(at > max(slowest, HUMP_HZ), power, 0.0)))
+    away = at - at[peak]
+    near, far = ASIDE_HZ
+    sides = [power[(way * away > near) & (way * away < far)] for way in (-1.0, 1.0)]
+    # There is none beyond half the rate.
+    floors = [float(np.median(side)) for side in sides if len(side) > 0.5 * (far - near) * HUMP_S]
+    high = float(power[peak]) > HUMP_RATIO * max(floors, default=np.inf)
+    return float(at[peak]) if high else None
+
+
 def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) -> float | None:
     """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz.
 
@@ -575,9 +696,10 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
     peak = int(np.argmax(power / floor))
     if power[peak] <= floor[peak] * (LINE_RATIO + np.log(len(power))):
         moving = _moving(left, dt_s, slowest)
-        if moving is None:
+        hump = _hump(left, dt_s, slowest) if moving is None else float(np.median(moving))
+        if hump is None:
             return None
-        hertz = float(np.median(moving))
+        hertz = hump
         rest = _toneless(some, hertz, dt_s)
         tone = float(np.var(some) - np.var(rest))
     else:
@@ -634,40 +756,43 @@ def _covariates(motion: Motion) -> list[Floats]:
     return [motion.strain, np.abs(np.gradient(motion.strain))]
 
 
-def _uneven(left: Floats, along: Sequence[Floats], factor: float) -> bool:
-    """Whether the noise varies by ``factor`` (of power) with any of ``along``."""
-    fast = np.diff(left, 2, append=[left[-1]] * 2) / np.sqrt(6.0)
-    square = fast**2
+def _unevenness(left: Floats, along: Sequence[Floats]) -> float:
+    """The factor by which the noise's power varies with any of ``along``, at most."""
+    square = (np.diff(left, 2, append=[left[-1]] * 2) / np.sqrt(6.0)) ** 2
+    most = 1.0
     for covariate in along:
         edges = np.quantile(covariate, [0.25, 0.75])
         quiet, loud = square[covariate <= edges[0]], square[covariate >= edges[1]]
         ratio = (loud.mean() + 0.05) / (quiet.mean() + 0.05)
-        if ratio > factor or ratio < 1.0 / factor:
-            return True
-    return False
+        most = max(most, float(ratio), 1.0 / float(ratio))
+    return most
 
 
-def jerky(walk: Floats, gain: float, still: NDArray[np.bool_] | None = None) -> bool:
+def _tails(left: Floats) -> float:
+    """Excess kurtosis of what is fast: noise that comes and goes has some."""
+    return float(kurtosis(np.diff(left, 2)))
+
+
+def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = True) -> bool:
     """Whether what wanders goes in jumps, bumps or swings, and not by many small steps.
 
-    ``still``: only there, where a motion's equation that is nearly right leaves nothing.
+    Jumps count ``where`` nothing else makes them; swings on the ``whole``, if that is free of what
+    an equation leaves that is only nearly right.
 
     A random walk's moves over a second are Gaussian, and it does not come back some seconds later;
     so are its innovations (of this ``gain``), which are white besides. Contacts and loads come and
     go, loose parts ring, what nobody logs swings.
     """
-    moves = np.diff(walk[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1))
+    seconds = len(walk) // 20
+    moves = np.diff(walk[: seconds * 20].reshape(-1, 20).mean(axis=1))
     moves -= moves.mean()
-    if still is not None:
-        news = innovations(walk[:, None], gain)[still, 0]
-        often = still[: len(walk) // 20 * 20].reshape(-1, 20).mean(axis=1) > 0.5
-        moves = moves[often[1:] & often[:-1]]
-        return float(kurtosis(moves)) > JERKY or float(kurtosis(news)) > JUMPY
-    later = [float(moves[k:] @ moves[:-k]) for k in SWINGS if k < len(moves)]
-    swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     news = innovations(walk[:, None], gain)[:, 0]
     news -= news.mean()
+    often = where[: seconds * 20].reshape(-1, 20).mean(axis=1) > 0.5
+    calm = kurtosis(moves[often[1:] & often[:-1]]) <= JERKY and kurtosis(news[where]) <= JUMPY
+    if not (calm and whole):
+        return not calm
+    later = [float(moves[k:] @ moves[:-k]) for k in SWINGS if k < len(moves)]
+    swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
-    coloured = max(np.abs(echoes)) > COLOURED * float(news @ news)
-    jumping = float(kurtosis(moves)) > JERKY or float(kurtosis(news)) > JUMPY
-    return swinging or coloured or jumping
+    return swinging or max(np.abs(echoes)) > COLOURED * float(news @ news)

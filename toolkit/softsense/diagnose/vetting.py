@@ -18,17 +18,32 @@ from softsense.diagnose.channel import WALK, Channel
 from softsense.diagnose.design import Design, Term
 from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion, history_basis
-from softsense.diagnose.search import Model, by_price, model, moving, priced, refined
+from softsense.diagnose.search import (
+    SLOW,
+    Model,
+    by_price,
+    model,
+    moving,
+    priced,
+    refined,
+    weighed,
+)
 from softsense.diagnose.walk import innovations, without_slow
 
 Floats = NDArray[np.float64]
 
 # Where an effect alone leaves so much of the gap, something is there besides, or in its place.
 REMAINING_ALONE = 0.06
+# And so much that what it does is wandering, where only what is slow can do it.
+SLOWLY = 0.015
+# Samples to either side of a step that are no part of a walk beside it.
+BESIDE_STEP = 40
 # What of walks is no answer to one strain for all.
 OTHERWISE = 0.3
 # Independent walks' innovations of two channels have a larger chi-squared once in 120 cases.
 ALIKE = 7.0
+# Where only what is slow would say it, more of it is asked.
+MUCH_ALIKE = 40.0
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
 DRIVEN = 0.5
 FAST = 100
@@ -62,12 +77,14 @@ def vetted(
     strain that is the same for all channels says the gap as well."""
     named = [made for made in models if WALK not in made.names]
     if WALK in models[0].names and len(models[0].names) > 1:
-        models = by_price([_calm(channels, models[0]), *named])
+        models = by_price([weighed(channels, _calm(channels, models[0])), *named])
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
+    # What only a slow effect would have in place of a walk is one where that leaves much.
+    slow = beside and named[0].names & SLOW and left_share(channels, named[0]) > SLOWLY
     if (
-        (beside and (jerky or _alike(channels, models[0])))
-        or _driven(channels, models[0], motion)
+        (beside and (jerky or _alike(channels, models[0], bool(slow))))
+        or (not slow and _driven(channels, models[0], motion))
         or (jerky and left_share(channels, named[0]) < REMAINING_ALONE)
     ):
         # What another effect leaves over, its form being only nearly right, is no walk: it is alike
@@ -119,8 +136,9 @@ def walks_of(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Fl
     return found
 
 
-def _alike(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether what the walks' past does not foresee goes together on several channels.
+def _alike(channels: Sequence[Channel], best: Model, slow: bool) -> bool:
+    """Whether what the walks' past does not foresee goes together on several channels; much so
+    where else only what is ``slow`` would say it.
 
     Correlations of two series that are white and independent have the variance 1 / samples.
     """
@@ -128,10 +146,11 @@ def _alike(channels: Sequence[Channel], best: Model) -> bool:
     if len(walks) < 2:
         return False
     if best.names & moving():
-        return _strained(walks)
+        return not slow and _strained(walks)
     news = np.stack([innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks])
     together = np.asarray(np.corrcoef(news))[np.triu_indices(len(news), 1)]
-    return bool(np.mean(together**2) * news.shape[1] > ALIKE)
+    most = MUCH_ALIKE if slow else ALIKE
+    return bool(np.mean(together**2) * news.shape[1] > most)
 
 
 def _strained(walks: Sequence[tuple[Channel, Floats]]) -> bool:
@@ -149,30 +168,41 @@ def _strained(walks: Sequence[tuple[Channel, Floats]]) -> bool:
 
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:
     """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
-    still = _still(channels, best)
-    return any(
-        variance.jerky(walk, channel.gain, still) for channel, walk in walks_of(channels, best)
-    )
+    return any(_jerky_on(channels, best, number) for number in best.channels_of(WALK))
 
 
-def _still(channels: Sequence[Channel], best: Model) -> NDArray[np.bool_] | None:
-    """(samples,) where the strain is slower than mostly, beside an effect of the motion."""
-    if not best.names & moving():
-        return None
-    speed = np.abs(np.gradient(channels[0].nominal.strain))
-    still: NDArray[np.bool_] = speed <= np.median(speed)
-    return still
+def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
+    """The same of one channel.
+
+    Jumps that something else may make do not count: what is nearly right of an effect of the motion
+    leaves some while the strain moves, a step some about its instant, and a rail where it holds.
+    """
+    channel, fit = channels[number], best.fits[number]
+    said = {
+        name: channel.columns((name, entry)) @ weights
+        for (name, entry), weights in channel.weighted(fit)
+    }
+    walk = channel.residual - channel.predicted(fit)
+    where = np.ones(len(walk), dtype=bool)
+    moved = bool(best.names & moving())
+    if moved:
+        speed = np.abs(np.gradient(channel.nominal.strain))
+        where &= speed <= np.median(speed)
+    if "step" in said:
+        jump = int(np.argmax(np.abs(np.diff(said["step"]))))
+        where[max(jump - BESIDE_STEP, 0) : jump + BESIDE_STEP] = False
+    if "saturation" in said:
+        where &= np.abs(said["saturation"]) < channel.sigma
+    return variance.jerky(walk, channel.gain, where, not moved)
 
 
 def _calm(channels: Sequence[Channel], made: Model) -> Model:
     """The same without a walk on those of several channels where it goes in jumps or bumps: there
     it is what another effect leaves."""
-    fits, still = list(made.fits), _still(channels, made)
-    for number, (channel, walk) in zip(
-        made.channels_of(WALK), walks_of(channels, made), strict=True
-    ):
-        if variance.jerky(walk, channel.gain, still):
-            fits[number] = channel.within(made.names - {WALK})
+    fits = list(made.fits)
+    for number in made.channels_of(WALK):
+        if _jerky_on(channels, made, number):
+            fits[number] = channels[number].within(made.names - {WALK})
     calm = priced(channels, tuple(fits))
     return calm if WALK in calm.names else made
 
