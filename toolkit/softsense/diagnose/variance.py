@@ -133,8 +133,9 @@ SWITCH_PERIODS = 3.0
 SWITCH_PRICE = 12.0
 # Spikes are there while it is off, too: no less often than this part of what chance would have.
 WHILE_OFF = 0.4
-# Excess kurtosis of the moves of a walk.
+# Excess kurtosis of the moves of a walk, of so many at least.
 JERKY = 4.0
+FEW_MOVES = 30
 # The autocorrelation of these moves, so many later, of what swings back.
 SWINGING = -0.3
 SWINGS = range(2, 11)
@@ -789,10 +790,15 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     news = innovations(walk[:, None], gain)[:, 0]
     news -= news.mean()
     often = where[: seconds * 20].reshape(-1, 20).mean(axis=1) > 0.5
-    calm = kurtosis(moves[often[1:] & often[:-1]]) <= JERKY and kurtosis(news[where]) <= JUMPY
+    calm = _gaussian(moves[often[1:] & often[:-1]], JERKY) and _gaussian(news[where], JUMPY)
     if not (calm and whole):
         return not calm
     later = [float(moves[k:] @ moves[:-k]) for k in SWINGS if k < len(moves)]
     swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
     return swinging or max(np.abs(echoes)) > COLOURED * float(news @ news)
+
+
+def _gaussian(values: Floats, most: float) -> bool:
+    """Whether no more excess kurtosis than ``most`` is seen; of a few values none is."""
+    return len(values) < FEW_MOVES or float(kurtosis(values)) <= most
