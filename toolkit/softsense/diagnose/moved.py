@@ -25,6 +25,8 @@ Values = Mapping[str, Mapping[str, float]]
 # One strain says nothing of fewer channels, nor of a smaller gap.
 LEAST_CHANNELS = 3
 LEAST_GAP = 2.0
+# No fit leaves less of a noise variance.
+LEAST_LEFT = 0.1
 # Newton's steps to any strain, a share of its range over which a sensor is nearly straight, and of
 # the usual power of what a strain does where it does little.
 NEWTON_STEPS = 6
@@ -118,7 +120,9 @@ def _by_likelihood(
         others = {n: k for n, k in fit.picks if n not in held} | dict(picks_of(channel, held))
         others.pop(name, None)
         static = 0 if fit.static is None else len(fit.static)
-        left = np.log(channel.left_by_each(tuple(others.items()), static, name))
+        # Of a nearly exact fit rounding may leave less than nothing.
+        each = channel.left_by_each(tuple(others.items()), static, name)
+        left = np.log(np.maximum(each, LEAST_LEFT))
         own = {key: float(left[number]) for key, number in channel.numbers(name).items()}
         total = {k: own[k] + total.get(k, 0.0) for k in own if not first or k in total}
     return sorted(total, key=lambda key: total[key])
