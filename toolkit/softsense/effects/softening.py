@@ -10,6 +10,8 @@ from scipy.special import erf
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import compiled
 
+# Ways below the largest strain after which networks that soften side by side are soft.
+NETWORKS = (0.05, 0.2)
 # Strain at which chains of some lengths break, and strain gone beyond it until they have, of the
 # range.
 LIMITS = (0.25, 0.45, 0.65, 0.85)
@@ -118,7 +120,11 @@ def _bends(nominal: Nominal) -> list[Candidate]:
     below = nominal.largest - nominal.strain
     bends = [below, below * nominal.largest, below**2, below * nominal.strain]
     deep = [np.minimum(below / (0.1 + 0.9 * nominal.largest), 1.0), nominal.largest * nominal.share]
-    return [
+    x, top = nominal.strain, nominal.largest
+    laws = [-np.expm1(-below / width) for width in NETWORKS]
+    networks = [law * part for law in laws for part in (x, x * top, x * x, top)]
+    several = np.stack(networks, axis=1) * nominal.span
+    result = [
         Candidate(np.stack(parts, axis=1) * nominal.span, {}, form)
         for parts, form in (
             (bends, "exponential"),
@@ -126,6 +132,7 @@ def _bends(nominal: Nominal) -> list[Candidate]:
             (bends[:2], "exponential"),
         )
     ]
+    return [*result, Candidate(several, {}, "networks", pliable=True)]
 
 
 EFFECT = Effect(
