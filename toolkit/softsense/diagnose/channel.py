@@ -681,7 +681,7 @@ class Channel:
             if fixed:
                 # Another effect changes what this one acts on, and so its weight of 1.
                 stiff = (self.sigma / LEEWAY) ** 2 if len(picks) > 1 else np.inf
-            result.append(Term(name, entry.at, fixed, stiff, entry.candidate.ridge))
+            result.append(Term(name, entry.at, fixed, stiff))
         return result
 
     def best(self, names: frozenset[str], held: Held = ()) -> Fit:

@@ -94,14 +94,13 @@ class Term:
     """A candidate in a fit: its effect, and the columns ``at`` of the table.
 
     ``fixed``: taken with a weight of 1, which may deviate where ``stiff`` is finite: that is what
-    the square of the deviation costs. ``ridge``: what the squares of weights cost, of the columns'.
+    the square of the deviation costs.
     """
 
     name: str
     at: tuple[int, ...]
     fixed: bool = False
     stiff: float = 0.0
-    ridge: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -134,7 +133,6 @@ class Group:
         self.fixed = np.array([entry.candidate.fixed for entry in entries])
         self.free_widths = np.where(self.fixed, 0, widths)
         self.curved = np.array([entry.candidate.curved for entry in entries])
-        self.ridges = np.repeat([entry.candidate.ridge for entry in entries], widths)
         self.further = np.array([further(entry.candidate) for entry in entries])
 
 
@@ -245,7 +243,6 @@ class Design:
         """Columns, the signs of the last of them (fixed ones, the residual), and what the square of
         the others' weights costs."""
         free, stiff = self._static[static], [0.0] * len(self._static[static])
-        ridges = [_RIDGE] * len(free)
         fixed: list[int] = []
         for term in terms:
             if term.fixed:
@@ -253,10 +250,9 @@ class Design:
             if term.stiff < np.inf:
                 free = [*free, *term.at]
                 stiff += [term.stiff] * len(term.at)
-                ridges += [_RIDGE + term.ridge] * len(term.at)
         # Columns are scaled; a fixed one has a weight of 1 before it was scaled.
         signs = np.array([*(-self._scale[column] for column in fixed), 1.0])
-        ridge: Floats = np.array(stiff) / self._scale[free] ** 2 + np.array(ridges) * self.samples
+        ridge: Floats = np.array(stiff) / self._scale[free] ** 2 + _RIDGE * self.samples
         return np.array([*free, *fixed, 0], dtype=np.intp), signs, ridge
 
     def fit(self, terms: Sequence[Term], static: int = 0) -> tuple[Floats, Floats]:
@@ -303,7 +299,7 @@ class Design:
         # What a fixed candidate's column is scaled by, and 0 for the free ones.
         sizes = np.where(group.fixed, self._scale[group.columns[group.begins[:-1]]], 0.0)
         index, signs, ridge = self._index(terms, static)
-        more, least = (10.0 * _RIDGE + group.ridges) * self.samples, _DIGITS * self.chosen_by
+        more, least = 10.0 * _RIDGE * self.samples, _DIGITS * self.chosen_by
         result: tuple[Floats, float] = _each_gain(
             self._total, index, signs, ridge, group.columns, group.begins, sizes, more, least
         )
@@ -472,14 +468,14 @@ def _each_gain(
     columns: NDArray[np.intp],
     begins: NDArray[np.intp],
     sizes: Floats,
-    more: Floats,
+    more: float,
     least: float,
 ) -> tuple[Floats, float]:
     """(entries,) squares that each entry's columns explain beside a fit; and what the fit leaves.
 
     Of the columns ``index`` the first are free, with a ``ridge`` each, and the others' sum, signed
     by ``signs``, is what is fitted. Entry ``e`` has the columns ``begins[e]`` … ``begins[e + 1]``
-    of ``columns``, with the ridges ``more``, or where ``sizes`` has one is fixed at that size.
+    of ``columns``, with the ridge ``more``, or where ``sizes`` has one is fixed at that size.
     ``least``: what is less of a column is rounding.
     """
     free = len(ridge)
@@ -526,8 +522,7 @@ def _each_gain(
             result[e] = 2.0 * rest[first] * sizes[e] - own * sizes[e] ** 2
             continue
         if width == 1:
-            own += more[first]
-            result[e] = rest[first] ** 2 / own if own > least else 0.0
+            result[e] = rest[first] ** 2 / (own + more) if own + more > least else 0.0
             continue
         inner = np.empty((width, width))
         for i in range(width):
@@ -535,7 +530,7 @@ def _each_gain(
                 product = total[columns[first + i], columns[first + j]]
                 for k in range(free):
                     product -= above[k, first + i] * above[k, first + j]
-                inner[i, j] = product + more[first + i] if i == j else product
+                inner[i, j] = product + more if i == j else product
         root = _factor(inner, least)
         result[e] = (_forward(root, rest[first : first + width]) ** 2).sum()
     return result, error

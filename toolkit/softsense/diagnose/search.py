@@ -39,17 +39,18 @@ CHOSEN_ROUNDS = 3
 CLOSELY = 2
 FITTED_ROUNDS = 2
 LEAST_FITTED = 0.02
+# The same of what a fit that is not quite there may leave to parameters besides.
 LEAST_MORE = 0.5
 # How many kinds of parameters a motion may have, the last of which is free to go anywhere: where so
 # much is left, in noise variances of one channel, and no more than this share of the gap.
 STAGES = 3
 LEAST_FREE = 1.5
 MOST_FREE = 0.3
-# A motion that leaves less of the gap is taken as known, and so many others are tried upon it.
+# A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
+# others are tried upon it.
 MOVES = 0.5
-UPON = 3
-# And one that leaves so little on one channel, though it leaves more of the gap.
 ONE_LEAVES = 0.01
+UPON = 3
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel.
 AT_FIRST = 2

@@ -32,12 +32,12 @@ BESIDE_RIGHT = 1.4
 # Noise is uneven where its power varies by such a factor; by more beside an effect that ever moves,
 # from one sample to the next, by so much of the noise.
 UNEVEN = 2.5
+UNEVEN_BESIDE = 8.0
+MOVING = 0.3
 # Or where it is louder by some factor besides: uneven by such a one, or of such an excess kurtosis.
 SOMEWHAT = 1.4
 RATHER_UNEVEN = 1.5
 BURSTS = 1.5
-UNEVEN_BESIDE = 8.0
-MOVING = 0.3
 # The slowest of so many samples are still.
 STILL = 0.2
 # Samples of a spectrum in whose middle lines do not show.
@@ -89,9 +89,9 @@ STRETCH = 32_768
 # for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5, 1.2)
 TONE_PERIODS = 4.0
+TONE_PRICE = 24.0
 # What a spike that is left costs, in noise variances: pulses that are not followed leave some.
 SHARP_PRICE = 100.0
-TONE_PRICE = 24.0
 HARMONICS = 40
 # A tone whose frequency moves is seen in frames of so many seconds, in so many of them at least; it
 # stands out there by this factor, and moves by so many lines of a frame's spectrum to the next one.
@@ -262,7 +262,9 @@ def evident(residual: Floats, motion: Motion, coarse: Sequence[int] = ()) -> lis
         signal = residual[:, c]
         unspiked = _unspiked(signal)
         line = _line(unspiked, motion.dt_s, LOUD_TONE, FAST_HZ)
-        if line is not None and not _moves(unspiked, motion, line):
+        if line is not None and _moves(unspiked, motion, line):
+            line = None
+        if line is not None:
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = _without_tone(signal, line, motion.dt_s)
         hit = _sudden(signal)
@@ -405,52 +407,35 @@ def _shape(signal: Floats) -> Floats:
     return shape[: gone[0] + 1]
 
 
-def _mixed(
-    signal: Floats, frequency: Floats | float, dt_s: float, window_s: float, on: Floats
-) -> tuple[Complex, Complex]:
-    """(samples,) half the size and phase of a tone, averaged over ``window_s`` while it is ``on``,
-    and its turns.
-
-    ``frequency`` in Hz, one or (samples,); ``on`` (samples,) 0 or 1.
-    """
-    turned = np.cumsum(np.broadcast_to(frequency, signal.shape)) * dt_s
-    turns = np.exp(2j * np.pi * turned)
-    return _averaged((signal - signal.mean()) * turns.conj(), dt_s, window_s, on), turns
+def _turns(frequency: Floats | float, samples: int, dt_s: float) -> Complex:
+    """(samples,) a wave of size 1 and a ``frequency`` in Hz, one or (samples,)."""
+    turned = np.cumsum(np.broadcast_to(frequency, samples)) * dt_s
+    return np.asarray(np.exp(2j * np.pi * turned))
 
 
-def _averaged(signal: Complex, dt_s: float, window_s: float, on: Floats) -> Complex:
-    """(samples,) the mean of ``signal`` within a window around each sample that is ``on``, of such
-    samples; 0 elsewhere."""
+def _size(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Complex:
+    """(samples,) half the size and phase that a wave of these ``turns`` (samples,) has in
+    ``signal``, averaged over ``window_s`` while it is ``on`` (samples,) 0 or 1; else 0."""
     window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
     weight = np.where(on > 0.0, oaconvolve(on, window, "same"), np.inf)
-    mean: Complex = oaconvolve(signal * on, window, "same") / weight
-    return mean
+    mixed = (signal - signal.mean()) * turns.conj()
+    size: Complex = oaconvolve(mixed * on, window, "same") / weight
+    return size
 
 
-def _along(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Floats:
-    """What ``signal`` has of a wave with the ``turns`` (samples,) of another one, while ``on``."""
-    size = _averaged((signal - signal.mean()) * turns.conj(), dt_s, window_s, on)
-    wave: Floats = 2.0 * (size * turns).real
+def _wave(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Floats:
+    """What ``signal`` has of such a wave, size and phase wandering slowly: mixed down to 0 Hz,
+    averaged, and mixed up again."""
+    wave: Floats = 2.0 * (_size(signal, turns, dt_s, window_s, on) * turns).real
     return wave
-
-
-def _tone(
-    signal: Floats, frequency: Floats | float, dt_s: float, window_s: float, on: Floats
-) -> Floats:
-    """What ``signal`` has around ``frequency`` (Hz) while ``on``, size and phase wandering slowly.
-
-    Mixed down to 0 Hz, averaged over ``window_s``, and mixed up again.
-    """
-    size, turns = _mixed(signal, frequency, dt_s, window_s, on)
-    tone: Floats = 2.0 * (size * turns).real
-    return tone
 
 
 def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
     """(samples,) 1 while a tone of ``frequency`` (Hz) is on and else 0, and how often it is
     switched."""
     window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
-    size = np.abs(_mixed(signal, frequency, dt_s, window_s, np.ones(len(signal)))[0])
+    turns = _turns(frequency, len(signal), dt_s)
+    size = np.abs(_size(signal, turns, dt_s, window_s, np.ones(len(signal))))
     on = size > 0.5 * np.quantile(size, 0.9)
     edges = np.flatnonzero(np.diff(on)) + 1
     if not len(edges):
@@ -527,13 +512,13 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     always, switched = (np.ones(len(signal)), 0), _switched(signal, frequency, dt_s)
     made = []
     for on, times in [always, switched] if switched[1] else [always]:
-        for course in courses:
+        for turns in (_turns(course, len(signal), dt_s) for course in courses):
             for window_s in TONES_S:
                 if window_s * frequency < TONE_PERIODS:
                     continue
                 rest = signal
                 for _ in range(TWICING):
-                    rest = rest - _tone(rest, course, dt_s, window_s, on)
+                    rest = rest - _wave(rest, turns, dt_s, window_s, on)
                 wave = signal - rest
                 rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
                 # Spikes, which a tone hid, are no reason for a shorter time.
@@ -551,8 +536,8 @@ def _without_harmonics(
     """``rest`` without the harmonics of a tone ``wave`` (samples,) of ``frequency`` (Hz) that is
     ``on`` or off, and how many waves that are, the tone among them."""
     tone = float(np.var(wave))
-    size, turns = _mixed(wave, frequency, dt_s, window_s, on)
-    turned = np.unwrap(np.angle(size * turns))
+    turns = _turns(frequency, len(rest), dt_s)
+    turned = np.unwrap(np.angle(_size(wave, turns, dt_s, window_s, on) * turns))
     away = np.abs(np.fft.fftfreq(len(rest), dt_s))
     last = waves = 1
     for harmonic in range(2, HARMONICS + 1):
@@ -571,7 +556,7 @@ def _without_harmonics(
         if within.sum() > HARMONIC_RATIO * chance and (
             usual or (harmonic <= LOW_HARMONIC and _sharp(rest, folded, dt_s))
         ):
-            rest = rest - _along(rest, along, dt_s, over_s, on)
+            rest = rest - _wave(rest, along, dt_s, over_s, on)
             last, waves = harmonic, waves + 1
     return rest, waves
 

@@ -81,9 +81,10 @@ def vetted(
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
     # What only a slow effect would have in place of a walk is one where that leaves much.
-    slow = beside and named[0].names & SLOW and left_share(channels, named[0]) > SLOWLY
+    slow = beside and not SLOW.isdisjoint(named[0].names)
+    slow = slow and left_share(channels, named[0]) > SLOWLY
     if (
-        (beside and (jerky or _alike(channels, models[0], bool(slow))))
+        (beside and (jerky or _alike(channels, models[0], slow)))
         or (not slow and _driven(channels, models[0], motion))
         or (jerky and left_share(channels, named[0]) < REMAINING_ALONE)
     ):

@@ -313,8 +313,7 @@ class Candidate:
     effect is an exact equation. ``largest``: weights beyond it are not physical, nor those beyond
     ``alone`` where the others are next to nothing, or of the first ``quick`` ones together;
     ``positive``: nor those below 0. ``moved()``: (samples,) the strain that reaches the sensor,
-    where that is what the effect changes. ``ridge``: what the squares of the weights cost, of those
-    of the columns, where these are too many for every motion to tell apart.
+    where that is what the effect changes.
     """
 
     made: Floats | Callable[[], Floats]
@@ -329,7 +328,6 @@ class Candidate:
     quick: int = 0
     positive: bool = False
     straight: bool = False
-    ridge: float = 0.0
     moved: Callable[[], Floats] | None = None
 
     @property

@@ -53,17 +53,14 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the way gone; or to the
     resistance, whose voltage is read behind a divider. What is no signal need not be where the
     recording begins."""
-    t, moved, way = _time(nominal), _moved(nominal), _way(nominal)
+    t, moved = _time(nominal), _moved(nominal)
     return [
         Candidate(moved[:, None], {}, "constant"),
         *_about(nominal, ABOUT),
         *_divided(nominal),
         Candidate((moved * t)[:, None], {}, "ageing"),
         Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
-        *(
-            Candidate((moved * way**power)[:, None], {"power": power}, "cycles")
-            for power in FATIGUE
-        ),
+        *_cycles(nominal, FATIGUE),
         *_induced(nominal, (0.15, 0.3, 0.45), (0.1,)),
         *_logarithmic(nominal, (2.0, 20.0)),
         *_settling(nominal, (0.05, 0.15, 0.4), (1.0,)),
@@ -72,8 +69,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one way, one zero, or one time and order. All zeros besides, which an offset
-    makes equal."""
+    """The same around one way, one zero, one power, or one time and order. All zeros besides, which
+    an offset makes equal."""
     if "zero" in values:
         return _about(nominal, [*ANYWHERE, *(values["zero"] + np.array(NEAR)).tolist()])
     if "ways" in values:
@@ -82,11 +79,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         near = (values["begins"] + np.array([-0.05, -0.025, 0.0, 0.025, 0.05])).tolist()
         return _induced(nominal, near, (0.03, 0.06, 0.1, 0.15, 0.2))
     if "power" in values:
-        way, moved = _way(nominal), _moved(nominal)
-        return explain(nominal) + [
-            Candidate((moved * way**power)[:, None], {"power": float(power)}, "cycles")
-            for power in values["power"] * np.array([0.8, 0.9, 1.1, 1.2])
-        ]
+        powers = (values["power"] * np.array([0.8, 0.9, 1.1, 1.2])).tolist()
+        return explain(nominal) + _cycles(nominal, powers)
     if "part" in values:
         parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
         return _settling(nominal, parts, (0.8, 1.0, 1.25, 1.5, 1.75, 2.0))
@@ -117,6 +111,14 @@ def _about(nominal: Nominal, zeros: Sequence[float]) -> list[Candidate]:
     return [
         Candidate((moved - zero * nominal.span)[:, None], {"zero": zero}, "constant")
         for zero in zeros
+    ]
+
+
+def _cycles(nominal: Nominal, powers: Sequence[float]) -> list[Candidate]:
+    """With powers of the way gone."""
+    moved, way = _moved(nominal), _way(nominal)
+    return [
+        Candidate((moved * way**power)[:, None], {"power": power}, "cycles") for power in powers
     ]
 
 

@@ -111,11 +111,9 @@ FEW_RELAYS = (
     ((1, 2, 3, 5, 8, 12, 18, 26), 3),
 )
 PULLS = (2.5, 5.0, 10.0, 20.0)
-# Cells along each side of a plane whose density is any, and ways of states that pinch; and a ridge
-# for their weights.
+# Cells along each side of a plane whose density is any, and ways of states that pinch.
 CELLS = 8
 PINCHED = np.array([0.05, 0.15, 0.4])
-RIDGE = 1e-5
 # Of the range, around which curves are powers.
 MIDDLE = 0.5
 # Columns of ``_duhem`` before its curve, and of the curve of ``_preisach``.
@@ -128,6 +126,12 @@ def _at_rest(first: Floats, widths: Floats) -> Floats:
     return np.maximum(first - 0.5 * widths, 0.5 * widths)
 
 
+def _powers(base: Floats, order: int) -> list[Floats]:
+    """(samples, 1) each: powers of ``base`` (samples,), 0 where it begins."""
+    here = (base - MIDDLE)[:, None]
+    return [here**k - here[0] ** k for k in range(1, order + 1)]
+
+
 def _preisach(base: Floats, seen: Floats, widths: Floats, order: int) -> Floats:
     """(samples, columns) that a plane of relays of these ``widths`` can make of ``base`` (samples,)
     where they have ``seen`` (samples, widths) of it.
@@ -138,10 +142,8 @@ def _preisach(base: Floats, seen: Floats, widths: Floats, order: int) -> Floats:
     """
     played = play(seen, widths, _at_rest(seen[0], widths))
     here = (base - MIDDLE)[:, None]
-    orders = range(1, order + 1)
-    powers = [(played - MIDDLE) ** k - here**k for k in orders]
-    static = [here**k - (base[0] - MIDDLE) ** k for k in orders]
-    return np.concatenate([*powers, *static], axis=1)
+    powers = [(played - MIDDLE) ** k - here**k for k in range(1, order + 1)]
+    return np.concatenate([*powers, *_powers(base, order)], axis=1)
 
 
 @compiled
@@ -259,14 +261,13 @@ def _pinched(base: Floats) -> Floats:
     state = _bouc_wen(signal, PINCHED, 1.0, signal[0].copy(), np.zeros((len(PINCHED), 1)))
     here = (base - MIDDLE)[:, None]
     square = state * state
-    powers = [here**k - here[0] ** k for k in range(1, _CURVE + 1)]
     parts = [state, state * here, state * here**2, square, square * here, square * state]
-    return np.concatenate([*parts, *powers], axis=1)
+    return np.concatenate([*parts, *_powers(base, _CURVE)], axis=1)
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays;
-    branches that are drawn to a curve."""
+    branches that are drawn to a curve; loops that are pinched."""
     bases = (nominal.share, nominal.strain)
 
     # One candidate may be asked for alone, and several share these.
@@ -299,11 +300,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
         return _duhem(bases[base], pull)[nominal.keep] * nominal.span
 
     def any_density() -> Floats:
-        step = nominal.keep.step or 1
-        cells = _plane(nominal.strain, CELLS, step)
-        here = (nominal.strain - MIDDLE)[nominal.keep, None]
-        powers = [here**k - here[0] ** k for k in range(1, _CURVE + 1)]
-        made: Floats = np.concatenate([cells, *powers], axis=1) * nominal.span
+        cells = _plane(nominal.strain, CELLS, nominal.keep.step or 1)
+        curve = _powers(nominal.strain[nominal.keep], _CURVE)
+        made: Floats = np.concatenate([cells, *curve], axis=1) * nominal.span
         return made
 
     def pinched() -> Floats:
@@ -333,7 +332,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         for form, part in (("dahl", slipped), ("prandtl-ishlinskii and dahl", mixed)):
             result.append(Candidate(beside(part, curve), {}, form, curved=True))
     for form, part in (("preisach", any_density), ("pinched", pinched)):
-        result.append(Candidate(part, {}, form, curved=True, pliable=True, ridge=RIDGE))
+        result.append(Candidate(part, {}, form, curved=True, pliable=True))
     return result + _few_relays(nominal)
 
 

@@ -14,6 +14,8 @@ KNEES = np.array([0.0, 0.02, 0.06, 0.15])
 NEAR = np.array([0.5, 0.7, 0.84, 0.94, 1.0, 1.06, 1.18, 1.4, 2.0])
 SHARP = np.array([0.0, 0.004, 0.01, 0.02])
 AROUND = np.array([0.0005, 0.0015, 0.004, 0.01, 0.02])
+# An upper rail, and a lower one.
+ENDS = ("level", "bottom")
 # How far inside the signal's range a second rail may be, as shares of it.
 INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
 # What of the signal comes through beyond a rail.
@@ -44,15 +46,14 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     around = np.concatenate([-AROUND[::-1], [0.0], AROUND]) * nominal.span
     knee = np.array([values["knee"] * nominal.full_scale])
     knees = knee * NEAR if knee else SHARP * nominal.span
-    made, through = _lower if "level" not in values else _traces, values.get("through", 0.0)
-    end = values["bottom" if "level" not in values else "level"] * nominal.full_scale + around
-    if "level" in values and "bottom" in values:
-        near = values["bottom"] * nominal.full_scale + around[::2]
-        return _between(nominal, end[::2], knee, near)
-    inside = INSIDE if "level" in values else 1.0 - INSIDE
-    other = nominal.low + inside * nominal.span
-    levels, bottoms = (end[1::3], other) if "level" in values else (other, end[1::3])
-    there = made(nominal, end, knees)
+    ends = {key: values[key] * nominal.full_scale + around for key in ENDS if key in values}
+    if len(ends) == 2:
+        return _between(nominal, ends["level"][::2], knee, ends["bottom"][::2])
+    upper = "level" in ends
+    end, made = (ends["level"], _traces) if upper else (ends["bottom"], _lower)
+    other = nominal.low + (INSIDE if upper else 1.0 - INSIDE) * nominal.span
+    levels, bottoms = (end[1::3], other) if upper else (other, end[1::3])
+    there, through = made(nominal, end, knees), values.get("through", 0.0)
     return [
         *([each.leaking(through) for each in there] if through else there),
         *(each.leaking(part) for each in made(nominal, end, knee) for part in THROUGH),
