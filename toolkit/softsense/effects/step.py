@@ -14,6 +14,8 @@ EARLIEST, LATEST = 0.05, 0.98
 HEALING_S = np.array([10.0, 40.0, 160.0])
 # How long a sensor that does not break at once takes to tear.
 TEARING_S = (2.0, 5.0)
+# How long after a first blow a second one comes.
+SECOND_S = np.geomspace(1.0, 40.0, 9)
 
 
 def simulate(
@@ -45,7 +47,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
     made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
-    return made + _tearing(nominal, near_s[::2])
+    made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
+    return made + _in_two_blows(nominal, near_s[::4])
 
 
 def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
@@ -79,6 +82,27 @@ def _tearing(nominal: Nominal, middles_s: Floats) -> list[Candidate]:
             values = {"onset_s": float(onset_s), "lasts_s": lasts_s}
             columns = np.stack([torn, torn * nominal.share], axis=1)
             result.append(Candidate(columns, values, "tearing"))
+    return result
+
+
+def _bent(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
+    """A crack in series, say: behind a divider it bends the curve."""
+    result = []
+    for onset_s in onsets_s:
+        after = (nominal.time_s >= onset_s) * nominal.span
+        columns = after[:, None] * nominal.share[:, None] ** np.arange(3)
+        result.append(Candidate(columns, {"onset_s": float(onset_s)}, "bent"))
+    return result
+
+
+def _in_two_blows(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
+    result = []
+    for onset_s in onsets_s:
+        first = (nominal.time_s >= onset_s) * nominal.span
+        for later_s in SECOND_S:
+            second = (nominal.time_s >= onset_s + later_s) * nominal.span
+            values = {"onset_s": float(onset_s), "later_s": float(later_s)}
+            result.append(Candidate(np.stack([first, second], axis=1), values, "two_blows"))
     return result
 
 
