@@ -18,7 +18,7 @@ MOST_COUPLED = 1.0
 # And of the others together where they pull down a reference.
 MOST_PULLED = 0.5
 # Time constants of the wire that a share comes through, and of the capacitor that lets only what is
-# faster through.
+# faster through: none takes longer, which a material does.
 WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
 CAPACITORS_S = (0.2, 0.5, 1.2)
 
@@ -62,7 +62,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "tau_s" not in values:
         return _shares(nominal)
     near = (values["tau_s"] * np.geomspace(0.6, 1.6, 7)).tolist()
-    filtered = _filtered(nominal, int(values["source"]), near, near)
+    capacitors = [tau_s for tau_s in near if tau_s <= CAPACITORS_S[-1]]
+    filtered = _filtered(nominal, int(values["source"]), near, capacitors)
     return _shares(nominal) + filtered + _sides(nominal, near[::2])
 
 

@@ -31,7 +31,7 @@ LADDERS = (
 )
 # Time constants of one part alone, where the signal is right at once.
 SLOW_S = (10.0, 20.0, 40.0, 80.0, 160.0)
-BENDS = (-1.4, 0.6, 1.2, 2.0)
+BENDS = (-1.4, -0.5, 0.3, 0.6, 1.2, 2.0)
 # Time constants of a rising signal, and how many times as long a falling one takes.
 PACES_S = (2.0, 4.0, 8.0, 16.0, 32.0)
 RECOVERIES = (0.4, 0.6, 1.7, 2.5)
