@@ -52,6 +52,10 @@ MOTION_LINES = 10
 BEYOND_MOTION = 30.0
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
+# One alone is a spike where it is so many times the usual distance from both its neighbours, which
+# differ by less than this share of it.
+LONE_SIGMA = 40.0
+LONE_BACK = 0.1
 # So many times as many are asked where edges of an effect may be among them.
 MANY = 3
 # Within so many samples an edge of what was explained is no spike.
@@ -212,7 +216,8 @@ def findings(
         if c in lines and _only_while_on(hit, left[:, c], lines[c], motion.dt_s):
             hit[:] = False
         rest = news
-        if hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
+        lone = hit.any() and _lone(sharp) and not _lone(own[:, c])
+        if lone or hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
             rest = _unspiked(rest)
         levels[c] = level = (
@@ -270,7 +275,7 @@ def evident(residual: Floats, motion: Motion, coarse: Sequence[int] = ()) -> lis
         hit = _sudden(signal)
         if line is not None and _only_while_on(hit, residual[:, c], line, motion.dt_s):
             continue
-        if c not in coarse and hit.sum() >= MANY * SPIKE_COUNT:
+        if c not in coarse and (hit.sum() >= MANY * SPIKE_COUNT or _lone(signal)):
             result.append(Finding("spikes", (c,), 1.0, "channels with spikes"))
     return result
 
@@ -586,6 +591,15 @@ def _spikes(left: Floats) -> NDArray[np.bool_]:
     if many or hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
         hit[:] = False
     return hit
+
+
+def _lone(signal: Floats) -> bool:
+    """Whether a sample of ``signal`` (samples,) is so far off that one such is enough."""
+    middle = 0.5 * (signal[:-2] + signal[2:])
+    far = np.abs(signal[1:-1] - middle)
+    back = np.abs(signal[2:] - signal[:-2]) < LONE_BACK * far
+    scale = max(1.4826 * float(np.median(far)), 0.5)
+    return bool(np.any(far[back] > LONE_SIGMA * scale))
 
 
 def _stands_out(left: Floats, hit: NDArray[np.bool_]) -> int:
