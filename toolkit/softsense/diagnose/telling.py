@@ -69,9 +69,13 @@ ADVICE = {
     frozenset({"random_walk", "temperature"}): "log the temperature",
     frozenset({"step", "random_walk"}): "repeat the recording: a step stays where it was",
 }
-# Where all strokes are alike, at one rate, these lag behind alike: each closes .83 to .99 of what
-# another causes on one triangle.
-BEHIND = frozenset({"backlash", "delay", "hysteresis", "lag", "relaxation"})
+# Where all strokes are alike, so are these: they lag behind (each closes .83 to .99 of what another
+# causes on one triangle), are curves, or differ by way, or between the first stroke and the next.
+ALIKE = (
+    frozenset({"backlash", "delay", "hysteresis", "lag", "relaxation"}),
+    frozenset({"adc_nonlinearity", "crosstalk", "gain", "saturation"}),
+    frozenset({"crosstalk", "overshoot", "softening"}),
+)
 # Such a rival's share of the doubt.
 UNSEEN = 0.4
 GENERAL = "triangles at two constant rates, holds of 10 s, and ascending amplitudes"
@@ -289,8 +293,9 @@ def _effects(
         share = float(np.clip((without - best.price) / raw, 0.0, 1.0))
         near = sorted((gap, other) for other, gap in rivals.items() if gap < slack)
         doubt = sum(float(np.exp(-2.0 * gap / slack)) for gap in rivals.values())
-        if alike and name in BEHIND:
-            unseen = BEHIND - best.names - {other for _, other in near}
+        if alike:
+            group = frozenset[str]().union(*(group for group in ALIKE if name in group))
+            unseen = group - best.names - {other for _, other in near}
             near += sorted((rivals.get(other, share * raw), other) for other in unseen)
             doubt += UNSEEN * len(unseen)
         active = best.channels_of(name)

@@ -18,6 +18,8 @@ LIMITS = (0.25, 0.45, 0.65, 0.85)
 PATIENCE = (0.1, 0.3, 1.0)
 # How slowly the largest strain is forgotten, where it is.
 HEAL_S = (150.0, 400.0)
+# The largest strain so far grows by this share of the range at least.
+LEAST_GROWTH = 0.02
 
 
 def simulate(
@@ -37,7 +39,12 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Functions of the largest strain so far and of the distance below it."""
+    """Functions of the largest strain so far and of the distance below it.
+
+    Where that is reached at once they are curves of the signal, and say nothing of softening.
+    """
+    if np.ptp(nominal.largest) < LEAST_GROWTH:
+        return []
     return _bends(nominal) + _laws(nominal, np.array([0.05, 0.2, 0.8]), np.array([0.0, 0.3, 1.0]))
 
 
