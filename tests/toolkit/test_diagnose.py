@@ -241,6 +241,23 @@ def test_a_step_that_takes_a_while_is_still_a_step() -> None:
     assert result.data["where"]["onset_s"] == pytest.approx(120.0, abs=1.0)
 
 
+def test_steps_that_bend_the_curve_or_come_in_two_blows_are_still_steps() -> None:
+    x, codes = clean(10)
+    t = np.arange(SAMPLES) / RATE_HZ
+    share = (codes[:, 1] - codes[:, 1].min()) / np.ptp(codes[:, 1])
+    after = {
+        "bent": (t > 120.0) * 60.0 * (0.3 + share + 2.0 * share**2),
+        "in two blows": 16.0 * (t > 120.0) + 9.0 * (t > 138.0),
+    }
+    for form, change in after.items():
+        hurt = codes.copy()
+        hurt[:, 1] += change
+        result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+        assert result.effects == ("step",), form
+        assert result.data["where"]["onset_s"] == pytest.approx(120.0, abs=1.0), form
+        assert result.data["unexplained"]["share"] < 0.01, form
+
+
 def test_one_circuit_follows_the_other() -> None:
     """In which order is found out, and each parameter keeps its interval."""
     x, codes = clean(15)
@@ -914,6 +931,19 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
 
 
+def test_one_spike_that_is_large_enough_is_one() -> None:
+    x, codes = clean(9, 8000)
+    for size, said in ((15.0, []), (200.0, ["spikes"])):
+        left = np.random.default_rng(5).normal(size=codes.shape)
+        left[4321, 2] += size
+        motion = motion_of(x, 0.05, 0.0, None)
+        own = np.random.default_rng(6).normal(size=codes.shape)
+        assert [f.name for f in findings(left, left, own, motion, False)] == said
+        found = evident(left, motion)
+        assert [(f.name, f.channels) for f in found] == [(name, (2,)) for name in said]
+        assert abs(cleaned(left, found, motion)[4321, 2]) < 5.0 or not said
+
+
 def test_spikes_with_a_tail_are_spikes() -> None:
     """Which fall to a half in a quarter of a second, and would leave a wandering behind."""
     x, codes = clean(9, 8000)
@@ -1143,6 +1173,26 @@ def test_where_all_strokes_are_alike_so_are_effects_that_lag_behind() -> None:
     assert said == {"backlash", "delay", "hysteresis", "lag", "relaxation"}
     assert other["confidence"] < 0.5 < one["confidence"]
     assert "a chirp" in poor.data["advice"][0]
+
+
+def test_strokes_that_return_at_another_rate_are_alike_too() -> None:
+    phase = np.arange(SAMPLES) / 400.0 % 1.0
+    uneven = np.interp(phase, [0.0, 0.3, 1.0], [0.0, 1.0, 0.0])
+    assert motion_of(uneven, 0.05, 0.0, None).strokes_alike()
+    faster = np.where(np.arange(SAMPLES) > SAMPLES // 2, np.roll(uneven, 1)[::-1], uneven)
+    assert not motion_of(faster, 0.05, 0.0, None).strokes_alike()
+
+
+def test_curves_are_not_told_apart_where_all_strokes_are_alike() -> None:
+    triangle = np.abs((np.arange(SAMPLES) / 400.0) % 2.0 - 1.0)
+    columns = np.stack([1500.0 + gain * triangle for gain in (500.0, -700.0, 640.0)], axis=1)
+    bent = columns.copy()
+    bent[:, 0] += 40.0 * triangle**2
+    (effect,) = diagnose(recorded(triangle, columns, 1), recorded(triangle, bent, 2)).data[
+        "effects"
+    ]
+    said = {effect["name"], *(rival["name"] for rival in effect["alternatives"])}
+    assert said >= {"adc_nonlinearity", "crosstalk", "gain", "saturation"}
 
 
 def test_two_effects_are_both_named() -> None:

@@ -25,7 +25,6 @@ from softsense.diagnose.moved import together
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
-    history_basis,
     levels_of,
     lost_codes,
     motion_of,
@@ -37,7 +36,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, moving, search
 from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted
-from softsense.effects import Nominal, Reference, all_effects
+from softsense.effects import Nominal, all_effects
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
@@ -199,16 +198,15 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     # Spikes on all channels at once look like a strain; tones are kept, for a drive may ring.
     spikes = [finding for finding in plain if finding.name == "spikes"]
     hit = np.any(np.abs(beside - variance.cleaned(beside, spikes, motion)) > noise_rms(residual), 1)
-    strain = together(alone, residual, noise_rms(residual), np.flatnonzero(~hit))
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
+    strain = together(alone, residual, noise_rms(quiet), np.flatnonzero(~hit))
 
     def looked(
         residual: Floats, names: Sequence[str], found: Sequence[variance.Finding]
     ) -> tuple[list[Channel], Vetted]:
         noise = variance.noise_beside(residual, found)
-        made = _channels(
-            smooth, motion, residual, noise, own, missed, reference, sim.adc_bits, names
-        )
+        heard = [replace(nominal, heard=smooth + residual) for nominal in alone]
+        made = _channels(heard, motion, residual, noise, own, missed, names)
         return made, vetted(made, search(made, names), motion, strain)
 
     settled = False
@@ -236,8 +234,9 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
-    tone = any(finding.name == "interference" for finding in found)
-    if tone and strain.left < MOST * strain.gap:
+    heard = [finding for finding in found if finding.name == "interference"]
+    ringing = np.var(left - variance.cleaned(left, heard, motion), axis=0) / noise_rms(quiet) ** 2
+    if heard and strain.left < MOST * min(strain.gap, float(ringing.sum())):
         # A tone reads otherwise on each channel, and not as they answer a strain.
         checked = replace(checked, strained_otherwise=True)
     from softsense.diagnose.telling import tell
@@ -428,26 +427,21 @@ def _curve(motion: Motion) -> Floats:
 
 
 def _channels(
-    smooth: Floats,
+    made: Sequence[Nominal],
     motion: Motion,
     residual: Floats,
     noise: Floats,
     own: Floats,
     missed: Floats,
-    reference: Reference,
-    bits: int,
     known: Sequence[str],
 ) -> list[Channel]:
     curve = _curve(motion)
-    made = nominals(smooth, smooth + residual, motion, bits, reference)
     sigma = [_noise(*each) for each in zip(made, noise, np.sqrt(own), strict=True)]
-    history = history_basis(motion.strain, motion.dt_s)
 
     def channel(number: int) -> Channel:
         squares = float(own[number]), float(missed[number])
-        return Channel(
-            made[number], residual[:, number], sigma[number], curve, known, *squares, history
-        )
+        given = made[number], residual[:, number], sigma[number], curve, known, *squares
+        return Channel(*given, motion.history)
 
     return all_at_once(channel, range(len(made)))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ SLOW_KEPT = 0.9
 # Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much.
 TREMBLE = 0.05
 ALIKE = 0.1
+LEAST_STROKES = 2
 # Codes are lost where so many samples would be expected of them, as many as in the stretches to
 # either side, of so many times their width.
 EXPECTED = 12.0
@@ -63,21 +64,26 @@ class Motion:
     start_s: float
     temp_c: Floats | None
 
+    @cached_property
+    def history(self) -> Floats:
+        """(samples, columns) its ``history_basis``, which is asked for again and again."""
+        return history_basis(self.strain, self.dt_s)
+
     def strokes_alike(self) -> bool:
-        """Whether the strain goes to and fro between the same ends at one rate, nothing else.
+        """Whether the strain goes to and fro between the same ends, at one rate each way.
 
         What happens after a smaller stroke, a faster one or a rest is not seen then.
         """
         smooth = np.convolve(self.strain, AVERAGE, "valid")
         turns = np.flatnonzero(np.diff(np.sign(np.diff(smooth))) != 0) + 1
-        strokes = np.abs(np.diff(smooth[turns]))
-        long = strokes > TREMBLE
-        paces = strokes[long] / np.diff(turns)[long]
-        return bool(
-            len(paces) > 1
-            and strokes[long].std() < ALIKE * strokes[long].mean()
-            and paces.std() < ALIKE * paces.mean()
-        )
+        strokes = np.diff(smooth[turns])
+        paces = strokes / np.diff(turns)
+        for way in (strokes > TREMBLE, strokes < -TREMBLE):
+            if way.sum() < LEAST_STROKES or any(
+                np.std(one[way]) > ALIKE * np.abs(np.mean(one[way])) for one in (strokes, paces)
+            ):
+                return False
+        return True
 
 
 def motion_of(
@@ -172,7 +178,7 @@ def curve_of(u: Floats, strain: Floats) -> Curve:
 
 def history_weights(codes: Floats, motion: Motion) -> Floats:
     """(columns, channels) of ``history_basis`` that say the simulated ``codes``."""
-    return _saying(history_basis(motion.strain, motion.dt_s), codes)
+    return _saying(motion.history, codes)
 
 
 def _saying(basis: Floats, codes: Floats) -> Floats:
@@ -186,8 +192,7 @@ def _saying(basis: Floats, codes: Floats) -> Floats:
 
 def told(codes: Floats, motion: Motion) -> Floats:
     """(samples, channels) what the history of the motion tells of ``codes``."""
-    basis = history_basis(motion.strain, motion.dt_s)
-    result: Floats = basis @ _saying(basis, codes)
+    result: Floats = motion.history @ _saying(motion.history, codes)
     return result
 
 
@@ -231,7 +236,8 @@ def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) ->
     low, span = codes.min(axis=0), np.ptp(codes, axis=0)
     strain = motion.strain[: len(codes)]
     curves = tuple(curve_of(u, strain) for u in codes.T)
-    elastic = elastic_of(codes, replace(motion, strain=strain))
+    same = len(strain) == len(motion.strain)
+    elastic = elastic_of(codes, motion if same else replace(motion, strain=strain))
     rest, start_s = codes[0].copy(), motion.start_s
     return Reference(rest, low, span, start_s, duration_s, lost, levels, curves, elastic)
 

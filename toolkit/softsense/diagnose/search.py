@@ -51,6 +51,8 @@ MOST_FREE = 0.3
 MOVES = 0.5
 ONE_LEAVES = 0.01
 UPON = 3
+# Of a long recording it is not looked at closely where it leaves so many times what others do.
+HOPELESS = 4.0
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel.
 AT_FIRST = 2
@@ -263,6 +265,7 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
     votes = Counter(pick for picks in chosen for pick in picks if pick[0] == "step")
     common = {pick for pick, count in votes.most_common(1)}
     fitted: list[dict[str, list[Entry]]] = [{} for _ in channels]
+    gap = sum(channel.excess for channel in channels)
     for name in moving() & set(names):
         votes = Counter(pick for picks in chosen for pick in picks if pick[0] == name)
         common |= {pick for pick, count in votes.most_common(CLOSELY)}
@@ -272,6 +275,8 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         picks = [moved.picks_of(channel, {name: alone}) for channel in channels]
         common |= {pick for own in picks for pick in own}
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
+        if _hopeless(channels, fits, MOVES * gap):
+            continue
         for stage in range(STAGES - 1):
             entries = moved.refined(channels, fits, stage)
             for own, made in zip(fitted, entries or (), strict=False):
@@ -290,7 +295,9 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         known = channels[order.pop(0)].moved_alone()
     all_at_once(zoom, order)
     fine = _chosen_again(channels, _models(channels, names))
-    fine = by_price([*fine, *(_moves(channels, name) for name in sorted(moving() & set(names)))])
+    enough = HOPELESS * _left(channels, fine[0])
+    moves = [_moves(channels, name, enough) for name in sorted(moving() & set(names))]
+    fine = by_price([*fine, *moves])
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
@@ -324,12 +331,20 @@ def weighed(channels: Sequence[Channel], made: Model) -> Model:
     return replace(made, price=made.price + LEFT_AGAIN * left)
 
 
-def _moves(channels: Sequence[Channel], name: str) -> Model:
+def _hopeless(channels: Sequence[Channel], fits: Sequence[Fit], enough: float) -> bool:
+    """Whether the fits of a long recording leave more than ``enough``: each look takes its time."""
+    left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
+    return channels[0].long and left > enough
+
+
+def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
     """An effect of the motion alone, fitted to all channels at once from the best of each form."""
     best = nothing = priced(channels, tuple(channel.best(frozenset()) for channel in channels))
     for key in moved.forms(channels, nothing.fits, name):
         picks = [moved.picks_of(channel, {name: key}) for channel in channels]
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
+        if _hopeless(channels, fits, enough):
+            break
         made = priced(channels, tuple(fits))
         for stage in range(STAGES - 1):
             made = _fitted(channels, made, stage)

@@ -17,7 +17,7 @@ from softsense.diagnose import variance
 from softsense.diagnose.channel import WALK, Channel
 from softsense.diagnose.design import Design, Term
 from softsense.diagnose.moved import Together, answer
-from softsense.diagnose.nominal import Motion, history_basis
+from softsense.diagnose.nominal import Motion
 from softsense.diagnose.search import (
     SLOW,
     Model,
@@ -105,7 +105,9 @@ def vetted(
     worse = -NEARLY if said.names & moving() else WORSE
     if strain.left > min(left - worse, MOST * strain.gap):
         return Vetted(kept, jerky, False)
-    moved = by_price([m for m in kept if m.names <= moving()] + _moving_alone(channels))
+    moved = [made for made in kept if made.names <= moving()]
+    if not channels[0].long or left_share(channels, moved[0]) >= MOVED_LEAVES:
+        moved = by_price([*moved, *_moving_alone(channels)])
     if left_share(channels, moved[0]) < MOVED_LEAVES:
         return Vetted(moved, False, False)
     known = best.names == {"step"} or FAR_WORSE * strain.left > left
@@ -214,7 +216,7 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
     The history is a black box (``history_basis``), asked on time that its fit has not seen.
     """
     for channel, walk in walks_of(channels, best):
-        history = history_basis(motion.strain, motion.dt_s)
+        history = motion.history
         # What is slow, a walk and the history share by chance.
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
         columns = tuple(range(1, table.shape[1]))
