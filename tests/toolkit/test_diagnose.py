@@ -960,6 +960,23 @@ def test_spikes_with_a_tail_are_spikes() -> None:
     assert np.convolve(rest, np.ones(8) / 8.0, "same").std() < 0.7
 
 
+@pytest.mark.parametrize("seed", [14, 17])
+def test_spikes_that_rise_between_samples_and_fade_slowly_are_gone(seed: int) -> None:
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(seed)
+    left = rng.normal(size=codes.shape)
+    struck = np.zeros(8000)
+    at = rng.choice(np.arange(100, 7900), 16, replace=False)
+    struck[at] = rng.choice([-1.0, 1.0], 16) * rng.uniform(12.0, 40.0, 16)
+    shape = np.concatenate([[0.6], np.exp(-np.arange(40) / 7.0)])
+    left[:, 2] += np.convolve(struck, shape)[:8000]
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = evident(left, motion)
+    assert (found.name, found.channels) == ("spikes", (2,))
+    assert left[:, 2].std() > 2.5
+    assert cleaned(left, [found], motion)[:, 2].std() < 1.2
+
+
 def test_tails_of_spikes_are_no_walk() -> None:
     """A walk follows small ones, and foretells their tails: what it does not is no longer sharp."""
     x, codes = clean(9, 8000)

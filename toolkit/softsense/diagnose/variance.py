@@ -84,6 +84,8 @@ TAIL_TURN = 3
 TAIL_STAYS = 0.2
 # And fades by so much from sample to sample at least.
 SPIKE_FADES = 0.95
+# How often spikes are looked for in what the larger ones leave.
+STRUCK = 3
 # Of so many samples what follows is foretold where spikes ring; what is not has such a kurtosis.
 RINGS = 4
 RINGING = 20.0
@@ -138,7 +140,7 @@ SWITCH_PRICE = 12.0
 # Spikes are there while it is off, too: no less often than this part of what chance would have.
 WHILE_OFF = 0.4
 # Excess kurtosis of the moves of a walk, of so many at least.
-JERKY = 4.0
+JERKY = 5.5
 FEW_MOVES = 30
 # The autocorrelation of these moves, so many later, of what swings back.
 SWINGING = -0.3
@@ -240,7 +242,9 @@ def findings(
             uneven |= _tails(rest) > BURSTS > 2.0 * _tails(own[:, c])
         if louder > NOISE_FACTOR or (uneven and c not in spiky):
             loud[c] = level
-    loud |= {c: levels[c] for c in _apart({c: levels[c] / there[c] for c in levels}) - set(bent)}
+    # A tone takes some of the noise beside it along.
+    toneless = {c: levels[c] / there[c] for c in levels if c not in lines}
+    loud |= {c: levels[c] for c in _apart(toneless) - set(bent)}
     result = []
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
@@ -331,7 +335,44 @@ def _unspiked(signal: Floats) -> Floats:
     far = np.abs(news - usual)
     sudden = far > max(SPIKES_MORE * 1.4826 * float(np.median(far)), 1.0)
     tailless = lfilter([1.0], answer, np.where(sudden, usual, news))
-    return min(plain, _lined(signal[0] + tailless), key=np.var)
+    several = [plain, _lined(signal[0] + tailless), _lined(_struck(signal))]
+    return min(several, key=np.var)
+
+
+def _struck(signal: Floats) -> Floats:
+    """``signal`` (samples,) without its spikes and their tails, as their own mean shapes have them:
+    two, for each begins somewhere between two samples."""
+    begins, rest, shape = _begins(signal), signal.copy(), _shape(signal)
+    if not len(shape):
+        return rest
+    reach = np.arange(-1, min(len(shape) + BEFORE, TAIL))
+    windows = signal[begins[:, None] + reach] - _before(signal, begins)[:, None]
+    shapes = np.linalg.svd(windows, full_matrices=False)[2][:2]
+    for _ in range(STRUCK):
+        # Large ones hide small ones that are near.
+        begins = begins[np.argsort(-np.abs(rest[begins] - _before(rest, begins)))]
+        for begin in begins:
+            above = rest[begin + reach] - _before(rest, begin[None])
+            rest[begin + reach] -= shapes.T @ (shapes @ above)
+        begins = _begins(rest)
+    return rest
+
+
+def _before(signal: Floats, begins: NDArray[np.intp]) -> Floats:
+    """(spikes,) what is there before each of the spikes that begin at these samples."""
+    level: Floats = signal[begins[:, None] - np.arange(2, BEFORE + 2)].mean(axis=1)
+    return level
+
+
+def _begins(signal: Floats) -> NDArray[np.intp]:
+    """(spikes,) where spikes begin that are not at the very ends."""
+    hits = np.flatnonzero(_spikes(signal))
+    hits = hits[(hits > BEFORE + 1) & (hits < len(signal) - TAIL - 1)]
+    jump = np.abs(np.diff(signal, prepend=signal[0]))
+    groups = np.split(hits, np.flatnonzero(np.diff(hits) > BEFORE) + 1)
+    # The largest jump may be beside those that are far from all around them.
+    spans = [np.arange(g[0] - 1, g[-1] + 2) for g in groups if len(g)]
+    return np.array([span[np.argmax(jump[span])] for span in spans], dtype=np.intp)
 
 
 def _lined(signal: Floats) -> Floats:
@@ -388,15 +429,10 @@ def _shape(signal: Floats) -> Floats:
 
     Nothing either where it stays, or swings so slowly that it is no circuit's.
     """
-    hits = np.flatnonzero(_spikes(signal))
-    hits = hits[(hits >= BEFORE) & (hits < len(signal) - TAIL)]
-    jump = np.abs(np.diff(signal, prepend=signal[0]))
-    groups = np.split(hits, np.flatnonzero(np.diff(hits) > BEFORE) + 1)
-    begins = np.array([g[np.argmax(jump[g])] for g in groups if len(g)], dtype=np.intp)
+    begins = _begins(signal)
     if len(begins) < SPIKE_COUNT:
         return np.zeros(0)
-    before = signal[begins[:, None] - np.arange(1, BEFORE + 1)].mean(axis=1)
-    after = signal[begins[:, None] + np.arange(TAIL)] - before[:, None]
+    after = signal[begins[:, None] + np.arange(TAIL)] - _before(signal, begins)[:, None]
     shape: Floats = after[:, 0] @ after / (after[:, 0] @ after[:, 0])
     # Others nearby, and what is slow, are still there at its end.
     stays = float(shape[-TAIL // 4 :].mean())
