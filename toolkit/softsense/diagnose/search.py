@@ -76,8 +76,8 @@ THIRD_PRICE = 1.0
 LEFT_AGAIN = 0.5
 # A converter's curve that is nowhere more than a straight line.
 STRAIGHT_PRICE = 0.5
-# An effect of the motion that is not named on all channels.
-PARTIAL_PRICE = 0.1
+# An effect of the motion that is not named on all channels that have a gap.
+PARTIAL_PRICE = 0.5
 # The same of the second and third where all are exact.
 EXACT_NAME_SHARE = 0.001
 # The same of the second and third where all are named on the same channels, and not on every one:
@@ -163,7 +163,8 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     each = NAME_PRICE * channels[0].samples
     gap = sum(channel.excess for channel in channels)
     # A clock, or play in the drive, is the same for all channels.
-    price += PARTIAL_PRICE * channels[0].samples * sum(_partial(fits, name) for name in names)
+    partial = sum(_partial(channels, fits, name) for name in names)
+    price += PARTIAL_PRICE * channels[0].samples * partial
     price += THIRD_PRICE * channels[0].samples * max(len(names) - 2, 0)
     price += STRAIGHT_PRICE * channels[0].samples * len(_straight(channels, fits))
     if _on_the_same(fits, names):
@@ -218,12 +219,11 @@ def _gap_of(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> floa
     return sum(c.excess for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
 
 
-def _partial(fits: Sequence[Fit], name: str) -> bool:
-    """Whether a motion effect is named on some channels only."""
-    return (
-        name != WALK
-        and all_effects()[name].stage == MOTION
-        and not all(name in dict(fit.picks) for fit in fits)
+def _partial(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> bool:
+    """Whether a motion effect is named on some channels only, of those that have a gap."""
+    return name in moving() and not all(
+        name in dict(fit.picks) or not channel.entries
+        for channel, fit in zip(channels, fits, strict=True)
     )
 
 
