@@ -44,9 +44,11 @@ OTHERWISE = 0.3
 ALIKE = 7.0
 # Where only what is slow would say it, more of it is asked.
 MUCH_ALIKE = 40.0
-# Share of what a walk does within ``FAST`` samples that the history of the motion may tell.
+# Share of what a walk does within ``FAST`` samples that the history of the motion may tell, by the
+# first ``ASKED`` samples.
 DRIVEN = 0.5
 FAST = 100
+ASKED = 100_000
 # One strain for all channels says more than effects do where these leave so many noise variances of
 # one channel more, or with play or a delay among them not so many less; and where it leaves no more
 # than this share of the gap.
@@ -216,7 +218,7 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
     The history is a black box (``history_basis``), asked on time that its fit has not seen.
     """
     for channel, walk in walks_of(channels, best):
-        history = motion.history
+        walk, history = walk[:ASKED], motion.history[:ASKED]
         # What is slow, a walk and the history share by chance.
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
         columns = tuple(range(1, table.shape[1]))
