@@ -695,7 +695,8 @@ class Channel:
             names, held = frozenset(), ()
         count = len(names) + len(held)
         if names and count > 1 and WALK not in names and self._said_by_fewer(count):
-            return min((self.best(names - {name}, held) for name in names), key=self.price)
+            each = (self.best(names - {name}, held) for name in sorted(names))
+            return min(each, key=self.price)
         if (names, held) not in self._best:
             self._best[names, held] = self._search(names, held)
         return self._best[names, held]
@@ -757,7 +758,7 @@ class Channel:
                 for number in np.argsort(-worth).tolist():
                     best.setdefault(self.entries[name][number].candidate.form, number)
                 for number in best.values():
-                    for last in set(free) - {name}:
+                    for last in sorted(set(free) - {name}):
                         begin = {n: k for n, k in rest.items() if n != last} | {name: number}
                         made.append(self._beside(last, begin, static, held))
         return min(made, key=self.price)
@@ -893,7 +894,7 @@ class Channel:
         besides."""
         if (names, held) not in self._within:
             fits = [self.best(names, held)]
-            fits += [self.within(names - {name}, held) for name in names]
+            fits += [self.within(names - {name}, held) for name in sorted(names)]
             self._within[names, held] = min(fits, key=self.price)
         return self._within[names, held]
 

@@ -205,8 +205,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         residual: Floats, names: Sequence[str], found: Sequence[variance.Finding]
     ) -> tuple[list[Channel], Vetted]:
         noise = variance.noise_beside(residual, found)
-        heard = [replace(nominal, heard=smooth + residual) for nominal in alone]
-        made = _channels(heard, motion, residual, noise, own, missed, names)
+        hearing = [replace(nominal, heard=smooth + residual) for nominal in alone]
+        made = _channels(hearing, motion, residual, noise, own, missed, names)
         return made, vetted(made, search(made, names), motion, strain)
 
     settled = False
@@ -235,10 +235,11 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     heard = [finding for finding in found if finding.name == "interference"]
-    ringing = np.var(left - variance.cleaned(left, heard, motion), axis=0) / noise_rms(quiet) ** 2
-    if heard and strain.left < MOST * min(strain.gap, float(ringing.sum())):
-        # A tone reads otherwise on each channel, and not as they answer a strain.
-        checked = replace(checked, strained_otherwise=True)
+    if heard and strain.left < MOST * strain.gap:
+        ringing = np.var(left - variance.cleaned(left, heard, motion), axis=0)
+        if strain.left < MOST * float((ringing / noise_rms(quiet) ** 2).sum()):
+            # A tone reads otherwise on each channel, and not as they answer a strain.
+            checked = replace(checked, strained_otherwise=True)
     from softsense.diagnose.telling import tell
 
     return tell(sim, real, motion, smooth, channels, checked, found, nameless, seed)

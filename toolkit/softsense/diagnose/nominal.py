@@ -32,7 +32,8 @@ CURVE_POINTS = 41
 FLATTEST = 0.15
 # Samples are taken together that keep so much of the power of the strain's rate.
 SLOW_KEPT = 0.9
-# Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much.
+# Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much, if
+# there are so many each way.
 TREMBLE = 0.05
 ALIKE = 0.1
 LEAST_STROKES = 2

@@ -190,7 +190,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     costs = [
         each
         * max(c.guard for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
-        for name in names
+        for name in sorted(names)
     ]
     return Model(names, fits, price + sum(costs) + shares)
 
@@ -262,12 +262,12 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         for c in range(len(channels))
     ]
     # What happened at one time on most channels is looked for there on all, and so is the motion.
-    votes = Counter(pick for picks in chosen for pick in picks if pick[0] == "step")
+    votes = Counter(pick for picks in chosen for pick in sorted(picks) if pick[0] == "step")
     common = {pick for pick, count in votes.most_common(1)}
     fitted: list[dict[str, list[Entry]]] = [{} for _ in channels]
     gap = sum(channel.excess for channel in channels)
-    for name in moving() & set(names):
-        votes = Counter(pick for picks in chosen for pick in picks if pick[0] == name)
+    for name in sorted(moving() & set(names)):
+        votes = Counter(pick for picks in chosen for pick in sorted(picks) if pick[0] == name)
         common |= {pick for pick, count in votes.most_common(CLOSELY)}
         alone = moved.chosen(channels, [c.best(frozenset()) for c in channels], {}, name)
         if alone is None:
@@ -275,7 +275,7 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         picks = [moved.picks_of(channel, {name: alone}) for channel in channels]
         common |= {pick for own in picks for pick in own}
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
-        if _hopeless(channels, fits, MOVES * gap):
+        if _hopeless(channels, priced(channels, tuple(fits)), MOVES * gap):
             continue
         for stage in range(STAGES - 1):
             entries = moved.refined(channels, fits, stage)
@@ -331,10 +331,9 @@ def weighed(channels: Sequence[Channel], made: Model) -> Model:
     return replace(made, price=made.price + LEFT_AGAIN * left)
 
 
-def _hopeless(channels: Sequence[Channel], fits: Sequence[Fit], enough: float) -> bool:
-    """Whether the fits of a long recording leave more than ``enough``: each look takes its time."""
-    left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
-    return channels[0].long and left > enough
+def _hopeless(channels: Sequence[Channel], made: Model, enough: float) -> bool:
+    """Whether ``made`` leaves more than ``enough`` of a long recording: looks take their time."""
+    return channels[0].long and _left(channels, made) > enough
 
 
 def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
@@ -343,9 +342,9 @@ def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
     for key in moved.forms(channels, nothing.fits, name):
         picks = [moved.picks_of(channel, {name: key}) for channel in channels]
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
-        if _hopeless(channels, fits, enough):
-            break
         made = priced(channels, tuple(fits))
+        if _hopeless(channels, made, enough):
+            break
         for stage in range(STAGES - 1):
             made = _fitted(channels, made, stage)
         best = by_price([best, made])[0]

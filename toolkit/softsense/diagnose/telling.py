@@ -373,7 +373,7 @@ def _parameters(
         trace = channel.columns(pick) @ weights
         for block in np.array_split(np.arange(len(trace)), BLOCKS):
             sizes.append(float(np.sqrt(np.mean(trace[block] ** 2))))
-        for key in channel.entries[name][pick[1]].candidate.values.keys() - MARKS:
+        for key in sorted(channel.entries[name][pick[1]].candidate.values.keys() - MARKS):
             values.setdefault(key, []).append(channel.interval(fit, name, key))
     draws = [float(np.mean(rng.choice(sizes, len(sizes)))) for _ in range(200)]
     result: dict[str, Any] = {

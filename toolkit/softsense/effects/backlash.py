@@ -71,7 +71,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     width that is not the same everywhere, or not for long. Around one of those, closer."""
     width = values["width"]
     plain = _traces(nominal, width * np.geomspace(0.8, 1.25, 15))
-    for key in _FORMS.keys() & values.keys():
+    for key in sorted(_FORMS.keys() & values.keys()):
         close, around = np.geomspace(0.92, 1.09, 5), np.geomspace(0.75, 1.33, 7)
         return plain + _formed(nominal, key, width * close, values[key] * around)
     made = plain + _dead(nominal, width * np.geomspace(0.8, 1.25, 5))
@@ -83,7 +83,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Just this play; of any form its zero may be off the middle."""
     width = max(values["width"], LEAST)
-    for key in (_FORMS.keys() - {ZEROED_BY}) & values.keys():
+    for key in sorted((_FORMS.keys() - {ZEROED_BY}) & values.keys()):
         other = values[key] if key in ANY_SIGN else max(values[key], LEAST)
         if ZEROED_BY not in values:
             return _formed(nominal, key, np.array([width]), [other])
