@@ -323,6 +323,33 @@ def test_a_neighbour_is_heard_through_a_capacitance() -> None:
         assert result.data["effects"][0]["channels"] == ["s2"]
 
 
+@pytest.mark.parametrize(("source", "channel"), [(3, 1), (1, 3)])
+def test_a_share_is_no_less_crosstalk_where_the_zero_was_set_with_it(
+    source: int, channel: int
+) -> None:
+    """Instead of its own, or lifting the ground that both share."""
+    x, codes = clean(11)
+    moved, own = codes[:, source] - codes[0, source], codes[:, channel]
+    for change in (0.06 * (moved - (own - own[0])), 0.03 * moved * (1.0 - own / 4095.0)):
+        hurt = codes.copy()
+        hurt[:, channel] += change
+        result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+        assert result.effects == ("crosstalk",)
+        assert result.data["effects"][0]["channels"] == [f"s{channel + 1}"]
+
+
+def test_a_contact_that_heals_in_part_is_a_step_behind_a_divider() -> None:
+    x, codes = clean(11)
+    since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 123.0, 0.0)
+    healed = np.where(since > 0.0, 0.5 + 0.5 * np.exp(-since / 25.0), 0.0)
+    hurt = codes.copy()
+    hurt[:, 1] += 400.0 * healed * (1.0 - codes[:, 1] / 4095.0) ** 2
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("step",)
+    assert abs(result.data["where"]["onset_s"] - 123.0) < 1.0
+    assert result.data["after"]["shrink"] > 0.99
+
+
 def test_overshoot_may_be_larger_one_way() -> None:
     x, codes = clean(11)
     rate = np.gradient(x) * RATE_HZ

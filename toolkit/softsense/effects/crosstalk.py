@@ -47,8 +47,10 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel, or of the two scanned before, as they really read or would
-    without their effects; or a supply that sags, or lifts, with all channels together, or a
-    reference with the others. Or what of another channel comes through a capacitance."""
+    without their effects; or a ground that one lifts, a supply that sags, or lifts, with all
+    channels together, or a reference with the others. Or what of another channel comes through a
+    capacitance.
+    """
     channels = nominal.codes.shape[1]
     result = _shares(nominal)
     for other in range(channels):
@@ -70,7 +72,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 def _shares(nominal: Nominal) -> list[Candidate]:
     result = []
     keep, channels = nominal.keep, nominal.codes.shape[1]
-    u = nominal.u[keep]
+    u, rest = nominal.u[keep], nominal.reference.rest
+    at_rest = (nominal.rest - nominal.low) / nominal.span
     at, last = np.arange(len(nominal.codes))[keep], len(nominal.codes) - 1
     ahead, behind = np.minimum(at + 1, last), np.maximum(at - 1, 0)
     slopes = nominal.codes[ahead] - nominal.codes[behind]
@@ -81,13 +84,19 @@ def _shares(nominal: Nominal) -> list[Candidate]:
         for other in range(channels):
             if other != nominal.channel:
                 source = {"source": float(other)}
-                instead = codes[:, other] - u
-                alone = codes[:, other] - nominal.reference.rest[other]
-                result.append(Candidate(instead[:, None], source, largest=most))
+                alone = codes[:, other] - rest[other]
                 result.append(Candidate(alone[:, None], source, largest=most))
+                # Other wires' current lifts the ground that they share, the less at the top.
+                lifted = alone * (1.0 - u / nominal.full_scale)
+                result.append(Candidate(lifted[:, None], source, "ground", largest=most))
+                instead = codes[:, other] - u
                 # The more, the higher its own resistance is.
                 loaded = np.stack([instead, instead * nominal.share[keep]], axis=1)
-                result.append(Candidate(loaded, source, "loaded", curved=True, largest=most))
+                # Who set the zero with the share in place does not see it at rest.
+                for zero in (0.0, rest[other] - rest[nominal.channel]):
+                    result.append(Candidate((instead - zero)[:, None], source, largest=most))
+                    zeroed = loaded - zero * np.array([1.0, at_rest])
+                    result.append(Candidate(zeroed, source, "loaded", curved=True, largest=most))
                 # And what a capacitance beside the resistance lets through.
                 both = np.stack([alone, slopes[:, other]], axis=1)
                 result.append(Candidate(both, source, "capacitive", positive=True, largest=most))
@@ -96,10 +105,12 @@ def _shares(nominal: Nominal) -> list[Candidate]:
             one, two = codes[:, nominal.channel - 1], codes[:, nominal.channel - 2]
             source = {"source": float((nominal.channel - 1) % channels)}
             both = np.stack([one - u, two - u], axis=1)
-            result.append(Candidate(both, source, "scan", parallel=True, largest=most))
+            scanned = [(nominal.channel - k) % channels for k in (1, 2)]
+            for zeros in (np.zeros(2), rest[scanned] - rest[nominal.channel]):
+                kept = both - zeros
+                result.append(Candidate(kept, source, "scan", parallel=True, largest=most))
             # On a connector both neighbours leak, unequally.
             before, after = (nominal.channel - 1) % channels, (nominal.channel + 1) % channels
-            rest = nominal.reference.rest
             sides = np.stack([codes[:, k] - rest[k] for k in (before, after)], axis=1)
             result.append(Candidate(sides, source, "sides", positive=True, largest=most))
         own = codes[:, nominal.channel] - u

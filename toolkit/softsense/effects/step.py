@@ -47,6 +47,10 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
     made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
+    # A contact in series that heals, on either side of a divider.
+    q = nominal.u / nominal.full_scale
+    for slope in (q**2, (1.0 - q) ** 2):
+        made += _healing(nominal, near_s[::2], HEALING_S, slope)
     made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
     return made + _in_two_blows(nominal, near_s[::4])
 
@@ -61,7 +65,10 @@ def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
     return result
 
 
-def _healing(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Candidate]:
+def _healing(
+    nominal: Nominal, onsets_s: Floats, times_s: Floats, slope: Floats | float = 1.0
+) -> list[Candidate]:
+    """An offset that heals in part, behind a curve of this ``slope``."""
     result = []
     for onset_s in onsets_s:
         since = nominal.time_s - onset_s
@@ -69,7 +76,8 @@ def _healing(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Candid
         for tau_s in times_s:
             healed = after * np.exp(-np.maximum(since, 0.0) / tau_s)
             values = {"onset_s": float(onset_s), "tau_s": float(tau_s)}
-            result.append(Candidate(np.stack([after, healed], axis=1), values, "healing"))
+            columns = np.stack([after * slope, healed * slope], axis=1)
+            result.append(Candidate(columns, values, "healing"))
     return result
 
 
