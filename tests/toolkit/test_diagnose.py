@@ -622,6 +622,17 @@ def test_what_is_elastic_leaks_or_gives_way_keeps_its_name() -> None:
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
 
 
+def test_damage_that_only_a_larger_strain_makes_is_softening() -> None:
+    """Nothing is as stiff again close to the largest strain so far."""
+    x, codes = clean(11)
+    x = x * np.linspace(0.4, 1.0, SAMPLES)
+    codes = sensed(x)
+    share = (codes - codes[0]) / np.ptp(codes, axis=0)
+    damage = -np.expm1(-np.maximum.accumulate(x) / 0.8)
+    hurt = codes - 60.0 * damage[:, None] * share
+    assert diagnose(recorded(x, codes, 1), recorded(x, hurt, 2)).effects == ("softening",)
+
+
 def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
     """The network feels more strain, later more and more, or strain that relaxes, and a curve that
     is steep at one end makes codes of it; a smaller motion follows."""

@@ -20,6 +20,8 @@ PATIENCE = (0.1, 0.3, 1.0)
 HEAL_S = (150.0, 400.0)
 # The largest strain so far grows by this share of the range at least.
 LEAST_GROWTH = 0.02
+# What damage alone does changes by this share of itself, or is a gain.
+LEAST_DAMAGED = 0.1
 
 
 def simulate(
@@ -120,6 +122,15 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
         parts = [soft * nominal.share, soft * nominal.strain, soft * nominal.largest]
         result += [Candidate(part[:, None], values, form) for part in parts]
         result.append(Candidate(np.stack([*parts[:2], soft], axis=1), values, form))
+    for width in widths:
+        # Damage that only grows where it was never strained as much (Miehe, Eur. J. Mech. A 14,
+        # 1995): nothing is stiffer close to the largest strain.
+        damage = -np.expm1(-np.maximum(nominal.largest, 0.0) / width) * nominal.span
+        if damage.std() < LEAST_DAMAGED * damage.mean():
+            continue
+        values = {"width": float(width)}
+        for part in (damage * nominal.share, damage * nominal.strain):
+            result.append(Candidate(part[:, None], values, "damage"))
     return result
 
 
