@@ -984,6 +984,39 @@ def test_one_spike_that_is_large_enough_is_one() -> None:
     assert abs(cleaned(left, found, motion)[4321, 2]) < 5.0
 
 
+def test_steps_of_a_converter_are_no_spikes() -> None:
+    """Of every 128 codes eight are off: they tell where it jumps."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(31)
+    voltage = codes + rng.normal(size=codes.shape)
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += 30.0 * (voltage[:, 1] % 128.0 < 8.0)
+    left[rng.random(8000) < 0.01, 2] += 40.0
+    motion = motion_of(x, 0.05, 0.0, None)
+    own = rng.normal(size=codes.shape)
+    for found in (evident(left, motion), findings(left, left, own, motion, False)):
+        there = {c for finding in found if finding.name == "spikes" for c in finding.channels}
+        assert there == {1, 2}
+    met = [codes, voltage]
+    for found in (
+        evident(left, motion, codes=met),
+        findings(left, left, own, motion, False, codes=met),
+    ):
+        there = {c for finding in found if finding.name == "spikes" for c in finding.channels}
+        assert there == {2}
+
+
+def test_a_converters_curve_is_seen_where_all_wanders() -> None:
+    """What was read tells where on its curve the converter was, whatever led there."""
+    x, codes = clean(18)
+    rng = np.random.default_rng(32)
+    wandered = codes + 2.0 * np.cumsum(rng.normal(size=codes.shape), axis=0)
+    hurt = wandered + 15.0 * np.sin(2.0 * np.pi * wandered / 900.0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert set(result.effects) == {"adc_nonlinearity", "random_walk"}
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_spikes_with_a_tail_are_spikes() -> None:
     """Which fall to a half in a quarter of a second, and would leave a wandering behind."""
     x, codes = clean(9, 8000)

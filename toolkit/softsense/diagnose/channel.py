@@ -496,6 +496,7 @@ class Channel:
         those near it."""
         said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
         change, moved = np.zeros(len(self.nominal.u)), None
+        wanders, read = (WALK, 0) in ordered, False
         made: dict[str, list[Entry]] = {}
         nominal, stage = self.nominal, ""
         for name, number in ordered:
@@ -503,11 +504,14 @@ class Channel:
                 continue
             if acts_on_change(name, stage):
                 stage = all_effects()[name].stage
-                nominal = self.nominal.acting_on(self.nominal.u + change, moved)
+                # Whatever wanders, what was read says where on its curve a converter was.
+                read = wanders and all_effects()[name].bent
+                done = self.residual if read else change
+                nominal = self.nominal.acting_on(self.nominal.u + done, moved)
             if all_effects()[name].stage == MOTION:
                 again = self._again(nominal, name, self.entries[name][number])
                 made[name] = [replace(again, nominal=nominal)]
-            elif change.any():
+            elif read or change.any():
                 made[name] = self._upon(nominal, name, number)
             else:
                 made[name] = self._once_more(name, number)
@@ -1010,6 +1014,8 @@ def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
     circuits = [pick for pick, stage in stages.items() if stage == ELECTRICAL]
     several = len(set(stages.values())) > 1
     in_series = len(stages) > 1 and not SERIAL.isdisjoint(stages.values())
+    # What wanders moves along the curve of a converter.
+    in_series |= len(stages) < len(picks) and any(all_effects()[name].bent for name, _ in circuits)
     if not stages or (len(picks) > 1 and not several and not in_series):
         return []
     at = {pick: STAGES.index(stage) for pick, stage in stages.items()}

@@ -58,6 +58,8 @@ SAYS_ALL = 1.0
 SETTLED = 0.02
 # What is the same on all channels looks like a strain.
 ALIKE = frozenset({"lag", "gain"})
+# What spikes leave that were taken out, of what they were.
+SPIKES_LEAVE = 0.06
 # A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
 
@@ -193,7 +195,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     slow = told(residual, motion)
     beside = residual - slow
     reference = reference_of(smooth, motion, lost, levels_of(beside, smooth, motion))
-    plain = [f for f in variance.evident(beside, motion, coarse) if f.name not in without]
+    met = (smooth, real.codes.astype(np.float64))
+    plain = [f for f in variance.evident(beside, motion, coarse, met) if f.name not in without]
     alone = nominals(smooth, smooth, motion, sim.adc_bits, reference)
     # Spikes on all channels at once look like a strain; tones are kept, for a drive may ring.
     spikes = [finding for finding in plain if finding.name == "spikes"]
@@ -202,12 +205,22 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     strain = together(alone, residual, noise_rms(quiet), np.flatnonzero(~hit))
 
     def looked(
-        residual: Floats, names: Sequence[str], found: Sequence[variance.Finding]
+        rest: Floats, names: Sequence[str], found: Sequence[variance.Finding]
     ) -> tuple[list[Channel], Vetted]:
-        noise = variance.noise_beside(residual, found)
-        hearing = [replace(nominal, heard=smooth + residual) for nominal in alone]
-        made = _channels(hearing, motion, residual, noise, own, missed, names)
-        return made, vetted(made, search(made, names), motion, strain)
+        noise = variance.noise_beside(rest, found)
+        hearing = [replace(nominal, heard=smooth + rest) for nominal in alone]
+        made = _channels(hearing, motion, rest, noise, own, missed, names)
+        checked = vetted(made, search(made, names), motion, strain)
+        hurt = {c for finding in found if finding.name == "spikes" for c in finding.channels}
+        taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
+        best = checked.models[0]
+        if checked.jerky and best.names == {WALK}:
+            walking = [made[c].excess < SPIKES_LEAVE * taken[c] for c in best.channels_of(WALK)]
+            if hurt.issuperset(best.channels_of(WALK)) and all(walking):
+                # What a long tail of theirs leaves is small, and comes and goes as they do.
+                calm = [other for other in checked.models if WALK not in other.names]
+                checked = replace(checked, models=calm, jerky=False)
+        return made, checked
 
     settled = False
     if strain.left < min(SAYS_ALL, MOST * strain.gap):
@@ -220,7 +233,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     if not settled:
         channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
-    found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse)
+    found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse, met)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
@@ -231,7 +244,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
     if again or tones:
-        found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse, tones)
+        own = sim.codes - smooth
+        found = _found(left, checked.models[0], residual, own, motion, coarse, met, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     heard = [finding for finding in found if finding.name == "interference"]
@@ -471,9 +485,11 @@ def _found(
     own: Floats,
     motion: Motion,
     coarse: Sequence[int],
+    met: Sequence[Floats],
     heard: Sequence[float] = (),
 ) -> list[variance.Finding]:
-    """What has no mean, in ``left``, which the effects leave over of ``residual``."""
+    """What has no mean, in ``left``, which the effects leave over of ``residual``; ``met``: codes
+    that may tell it."""
     return variance.findings(
         left,
         residual,
@@ -484,4 +500,5 @@ def _found(
         heard=heard,
         bent=[c for name in CURVES for c in best.channels_of(name)],
         coarse=coarse,
+        codes=met,
     )

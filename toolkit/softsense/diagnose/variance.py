@@ -8,10 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uniform_filter1d
 from scipy.signal import lfilter, oaconvolve, welch
 from scipy.stats import kurtosis
 
+from softsense.diagnose.design import BLOCKS
 from softsense.diagnose.nominal import Motion, noise_rms
 from softsense.diagnose.walk import innovations, likely_gain
 
@@ -56,6 +57,11 @@ SPIKE_COUNT = 6
 # differ by less than this share of it.
 LONE_SIGMA = 40.0
 LONE_BACK = 0.1
+# Not spikes but steps of a converter are those of which its codes tell more than this share, by
+# bins of so many codes, beside what goes on over so many samples.
+STEPS_SHARE = 0.3
+STEPS_CODES = 4.0
+STEPS_SAMPLES = 41
 # So many times as many are asked where edges of an effect may be among them.
 MANY = 3
 # Within so many samples an edge of what was explained is no spike.
@@ -171,6 +177,7 @@ def findings(
     heard: Sequence[float] = (),
     bent: Sequence[int] = (),
     coarse: Sequence[int] = (),
+    codes: Sequence[Floats] = (),
 ) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
@@ -181,7 +188,8 @@ def findings(
     ``walking``: channels with a random walk besides, which is left over too. ``heard``: tones (Hz)
     that were found before, and need stand out no more than where nothing is explained. ``bent``:
     channels behind a curve, which is steep for their noise where it is steep for them. ``coarse``:
-    channels whose converter has lost codes, between which noise makes it leap.
+    channels whose converter has lost codes, between which noise makes it leap. ``codes``, each
+    (samples, channels), which may tell what is sharp.
     """
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
     least = 2.0 if explained else LEAST_TONE
@@ -218,6 +226,8 @@ def findings(
         if c in lines and _only_while_on(hit, left[:, c], lines[c], motion.dt_s):
             hit[:] = False
         rest = news
+        if hit.any() and _steps(sharp, hit, c, codes):
+            hit[:] = False
         lone = hit.any() and _lone(sharp) and not _lone(own[:, c])
         if lone or hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
             spiky.append(c)
@@ -260,11 +270,14 @@ def findings(
     return result
 
 
-def evident(residual: Floats, motion: Motion, coarse: Sequence[int] = ()) -> list[Finding]:
+def evident(
+    residual: Floats, motion: Motion, coarse: Sequence[int] = (), codes: Sequence[Floats] = ()
+) -> list[Finding]:
     """Loud tones and many spikes of each channel that are seen before anything is explained.
 
     What all channels have in common they would else seem to hear of each other, and what is sharp
     would have to be explained again without it. On channels that are ``coarse`` all is sharp.
+    ``codes``, each (samples, channels), which may tell what is sharp.
     """
     result = []
     for c in range(residual.shape[1]):
@@ -279,9 +292,39 @@ def evident(residual: Floats, motion: Motion, coarse: Sequence[int] = ()) -> lis
         hit = _sudden(signal)
         if line is not None and _only_while_on(hit, residual[:, c], line, motion.dt_s):
             continue
-        if c not in coarse and (hit.sum() >= MANY * SPIKE_COUNT or _lone(signal)):
+        many = hit.sum() >= MANY * SPIKE_COUNT and not _steps(signal, hit, c, codes)
+        if c not in coarse and (many or _lone(signal)):
             result.append(Finding("spikes", (c,), 1.0, "channels with spikes"))
     return result
+
+
+def _steps(signal: Floats, hit: NDArray[np.bool_], channel: int, codes: Sequence[Floats]) -> bool:
+    """Whether what is ``hit`` of ``signal`` (samples,) is a converter's, by any of ``codes``."""
+    fast = float((_beyond(signal)[hit] ** 2).sum())
+    told = [_by_code(signal, met[:, channel]) for met in codes]
+    left = [float(((_beyond(signal) - each)[hit] ** 2).sum()) for each in told]
+    return min(left, default=np.inf) < (1.0 - STEPS_SHARE) * fast
+
+
+def _beyond(signal: Floats) -> Floats:
+    """``signal`` (samples,) beyond what goes on around it."""
+    fast: Floats = signal - uniform_filter1d(signal, STEPS_SAMPLES)
+    return fast
+
+
+def _by_code(signal: Floats, codes: Floats) -> Floats:
+    """(samples,) what ``codes`` tell of what is fast in ``signal``, by means of what other minutes
+    have at the same code."""
+    fast = _beyond(signal)
+    bins = ((codes - codes.min()) / STEPS_CODES).astype(np.intp)
+    turn = np.arange(len(fast)) * 2 * BLOCKS // len(fast) % 2
+    told = np.empty(len(fast))
+    for here in (0, 1):
+        seen = turn != here
+        counts = np.bincount(bins[seen], minlength=bins.max() + 1)
+        sums = np.bincount(bins[seen], fast[seen], len(counts))
+        told[~seen] = (sums / np.maximum(counts, 1))[bins[~seen]]
+    return _beyond(told)
 
 
 def _news(signal: Floats) -> Floats:

@@ -29,6 +29,7 @@ from softsense.diagnose.search import (
     weighed,
 )
 from softsense.diagnose.walk import innovations, without_slow
+from softsense.effects import all_effects
 
 Floats = NDArray[np.float64]
 
@@ -215,9 +216,18 @@ def _calm(channels: Sequence[Channel], made: Model) -> Model:
 def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
     """Whether the history of the motion tells what the model takes for a walk, on any channel.
 
-    The history is a black box (``history_basis``), asked on time that its fit has not seen.
+    The history is a black box (``history_basis``), asked on time that its fit has not seen; not
+    behind a curve of what wanders, of which what is nearly right goes with the motion.
     """
+    curves = {
+        c
+        for name in best.names
+        if name != WALK and all_effects()[name].bent
+        for c in best.channels_of(name)
+    }
     for channel, walk in walks_of(channels, best):
+        if channel.nominal.channel in curves:
+            continue
         walk, history = walk[:ASKED], motion.history[:ASKED]
         # What is slow, a walk and the history share by chance.
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
