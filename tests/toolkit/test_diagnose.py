@@ -1033,6 +1033,22 @@ def test_spikes_with_a_tail_are_spikes() -> None:
     assert np.convolve(rest, np.ones(8) / 8.0, "same").std() < 0.7
 
 
+@pytest.mark.parametrize("seed", [11, 12])
+def test_what_long_tails_of_spikes_leave_is_nothing_unknown(seed: int) -> None:
+    """Tails of two paces, of which one is taken out: the rest comes and goes with the spikes."""
+    x, codes = clean(seed)
+    rng = np.random.default_rng(seed)
+    struck = (rng.random(SAMPLES) < 0.004) * rng.choice([-1.0, 1.0], SAMPLES)
+    struck *= rng.uniform(40.0, 120.0, SAMPLES)
+    k = np.arange(300)
+    shape = 0.7 * np.exp(-k / 6.0) + 0.3 * np.exp(-k / 30.0)
+    hurt = codes.copy()
+    hurt[:, 1] += np.convolve(struck, shape)[:SAMPLES]
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("spikes",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 @pytest.mark.parametrize("seed", [14, 17])
 def test_spikes_that_rise_between_samples_and_fade_slowly_are_gone(seed: int) -> None:
     x, codes = clean(9, 8000)
