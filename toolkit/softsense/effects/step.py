@@ -12,6 +12,8 @@ GRID = 65
 # What changes earlier, as a share of the recording, is a miscalibration or a drift.
 EARLIEST, LATEST = 0.05, 0.98
 HEALING_S = np.array([10.0, 40.0, 160.0])
+# What heals behind a divider does so within this share of the recording.
+SOON = 0.15
 # How long a sensor that does not break at once takes to tear.
 TEARING_S = (2.0, 5.0)
 # How long after a first blow a second one comes.
@@ -47,10 +49,11 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
     made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
-    # A contact in series that heals, on either side of a divider.
+    # A contact in series that heals, on either side of a divider; slower it would be a drift.
     q = nominal.u / nominal.full_scale
+    soon_s = HEALING_S[SOON * nominal.reference.duration_s > HEALING_S]
     for slope in (q**2, (1.0 - q) ** 2):
-        made += _healing(nominal, near_s[::2], HEALING_S, slope)
+        made += _healing(nominal, near_s[::2], soon_s, slope)
     made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
     return made + _in_two_blows(nominal, near_s[::4])
 
