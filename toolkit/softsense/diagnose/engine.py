@@ -211,16 +211,9 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         hearing = [replace(nominal, heard=smooth + rest) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, names)
         checked = vetted(made, search(made, names), motion, strain)
-        hurt = {c for finding in found if finding.name == "spikes" for c in finding.channels}
         taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
-        best = checked.models[0]
-        if checked.jerky and best.names == {WALK}:
-            walking = [made[c].excess < SPIKES_LEAVE * taken[c] for c in best.channels_of(WALK)]
-            if hurt.issuperset(best.channels_of(WALK)) and all(walking):
-                # What a long tail of theirs leaves is small, and comes and goes as they do.
-                calm = [other for other in checked.models if WALK not in other.names]
-                checked = replace(checked, models=calm, jerky=False)
-        return made, checked
+        hurt = {c for f in found if f.name == "spikes" for c in f.channels}
+        return made, _without_tails(made, checked, {c: float(taken[c]) for c in hurt})
 
     settled = False
     if strain.left < min(SAYS_ALL, MOST * strain.gap):
@@ -476,6 +469,20 @@ def said(channels: Sequence[Channel], best: Model) -> Floats:
     """(samples, channels) codes that the model adds."""
     both = list(zip(channels, best.fits, strict=True))
     return np.stack(all_at_once(lambda one: one[0].predicted(one[1]), both), axis=1)
+
+
+def _without_tails(
+    channels: Sequence[Channel], checked: Vetted, taken: Mapping[int, float]
+) -> Vetted:
+    """``checked`` without a walk that is what long tails of spikes leave: it is little of what was
+    ``taken`` for spikes, in noise variances by channel, and comes and goes as they do."""
+    best = checked.models[0]
+    if not checked.jerky or best.names != {WALK}:
+        return checked
+    if all(channels[c].excess < SPIKES_LEAVE * taken.get(c, 0.0) for c in best.channels_of(WALK)):
+        calm = [made for made in checked.models if WALK not in made.names]
+        return replace(checked, models=calm, jerky=False)
+    return checked
 
 
 def _found(
