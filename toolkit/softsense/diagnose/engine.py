@@ -189,7 +189,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     lost = lost_codes(real, sim)
     coarse = sorted({int(c) for c in lost[:, 0]})
     known = [name for name in (*all_effects(), WALK) if name not in without]
-    own = ((sim.codes - smooth) ** 2).mean(axis=0)
+    simulated = sim.codes - smooth
+    own = (simulated**2).mean(axis=0)
     missed = np.maximum(own - noise_rms(sim.codes.astype(np.float64)) ** 2, 0.0)
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)
@@ -226,7 +227,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     if not settled:
         channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
-    found = _found(left, checked.models[0], residual, sim.codes - smooth, motion, coarse, met)
+    found = _found(left, checked.models[0], residual, simulated, motion, coarse, met)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
@@ -237,8 +238,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
     if again or tones:
-        own = sim.codes - smooth
-        found = _found(left, checked.models[0], residual, own, motion, coarse, met, tones)
+        found = _found(left, checked.models[0], residual, simulated, motion, coarse, met, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     heard = [finding for finding in found if finding.name == "interference"]
@@ -475,7 +475,7 @@ def _without_tails(
     channels: Sequence[Channel], checked: Vetted, taken: Mapping[int, float]
 ) -> Vetted:
     """``checked`` without a walk that is what long tails of spikes leave: it is little of what was
-    ``taken`` for spikes, in noise variances by channel, and comes and goes as they do."""
+    ``taken`` out of the channels that have some, in noise variances, and comes and goes."""
     best = checked.models[0]
     if not checked.jerky or best.names != {WALK}:
         return checked

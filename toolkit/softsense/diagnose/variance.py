@@ -300,10 +300,10 @@ def evident(
 
 def _steps(signal: Floats, hit: NDArray[np.bool_], channel: int, codes: Sequence[Floats]) -> bool:
     """Whether what is ``hit`` of ``signal`` (samples,) is a converter's, by any of ``codes``."""
-    fast = float((_beyond(signal)[hit] ** 2).sum())
-    told = [_by_code(signal, met[:, channel]) for met in codes]
-    left = [float(((_beyond(signal) - each)[hit] ** 2).sum()) for each in told]
-    return min(left, default=np.inf) < (1.0 - STEPS_SHARE) * fast
+    fast = _beyond(signal)
+    left = (fast - _by_code(fast, met[:, channel]) for met in codes)
+    most = (1.0 - STEPS_SHARE) * float((fast[hit] ** 2).sum())
+    return any(float((rest[hit] ** 2).sum()) < most for rest in left)
 
 
 def _beyond(signal: Floats) -> Floats:
@@ -312,10 +312,9 @@ def _beyond(signal: Floats) -> Floats:
     return fast
 
 
-def _by_code(signal: Floats, codes: Floats) -> Floats:
-    """(samples,) what ``codes`` tell of what is fast in ``signal``, by means of what other minutes
-    have at the same code."""
-    fast = _beyond(signal)
+def _by_code(fast: Floats, codes: Floats) -> Floats:
+    """(samples,) what ``codes`` tell of what is ``fast``, by means of what other minutes have at
+    the same code."""
     bins = ((codes - codes.min()) / STEPS_CODES).astype(np.intp)
     turn = np.arange(len(fast)) * 2 * BLOCKS // len(fast) % 2
     told = np.empty(len(fast))

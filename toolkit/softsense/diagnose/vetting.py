@@ -219,14 +219,9 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
     The history is a black box (``history_basis``), asked on time that its fit has not seen; not
     behind a curve of what wanders, of which what is nearly right goes with the motion.
     """
-    curves = {
-        c
-        for name in best.names
-        if name != WALK and all_effects()[name].bent
-        for c in best.channels_of(name)
-    }
     for channel, walk in walks_of(channels, best):
-        if channel.nominal.channel in curves:
+        picks = best.fits[channel.nominal.channel].picks
+        if any(name != WALK and all_effects()[name].bent for name, _ in picks):
             continue
         walk, history = walk[:ASKED], motion.history[:ASKED]
         # What is slow, a walk and the history share by chance.

@@ -102,16 +102,15 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                 result.append(Candidate(both, source, "capacitive", positive=True, largest=most))
         if channels > 2:
             # The sampling capacitor keeps some of the one before that, too.
-            one, two = codes[:, nominal.channel - 1], codes[:, nominal.channel - 2]
-            source = {"source": float((nominal.channel - 1) % channels)}
-            both = np.stack([one - u, two - u], axis=1)
             scanned = [(nominal.channel - k) % channels for k in (1, 2)]
+            source = {"source": float(scanned[0])}
+            both = codes[:, scanned] - u[:, None]
             for zeros in (np.zeros(2), rest[scanned] - rest[nominal.channel]):
                 kept = both - zeros
                 result.append(Candidate(kept, source, "scan", parallel=True, largest=most))
             # On a connector both neighbours leak, unequally.
-            before, after = (nominal.channel - 1) % channels, (nominal.channel + 1) % channels
-            sides = np.stack([codes[:, k] - rest[k] for k in (before, after)], axis=1)
+            beside = [scanned[0], (nominal.channel + 1) % channels]
+            sides = codes[:, beside] - rest[beside]
             result.append(Candidate(sides, source, "sides", positive=True, largest=most))
         own = codes[:, nominal.channel] - u
         together = codes.mean(axis=1) - own / channels
@@ -189,8 +188,8 @@ def _filtered(
 EFFECT = Effect(
     name="crosstalk",
     stage="electrical",
-    mechanism="the sampling capacitor keeps part of the channel before; channels share a supply; "
-    "or wires couple through a capacitance",
+    mechanism="the sampling capacitor keeps part of the channel before; channels share a supply or "
+    "a ground; or wires couple through a capacitance",
     equation="scan: u_i + A (u_j - u_i), j the channel scanned before; supply: u_i (1 - A mean u)",
     source="incomplete RC settling of a multiplexed converter: A = exp(-t_sample / (R C))",
     fingerprint="follows another channel, one way only: in the order of the scan, or late, or only "

@@ -106,7 +106,8 @@ def _forgotten(strain: Floats, kept: float) -> Floats:
 
 def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
     """Ogden and Roxburgh's erf of the energy, whose width may grow with the largest energy, and
-    an exponential of the distance; in proportion to signal, strain, or a mixture."""
+    an exponential of the distance; in proportion to signal, strain, or a mixture. And damage alone.
+    """
     energy, top = np.maximum(nominal.strain, 0.0) ** 2, np.maximum(nominal.largest, 0.0) ** 2
     below = nominal.largest - nominal.strain
     laws = [
@@ -159,9 +160,9 @@ EFFECT = Effect(
     mechanism="bonds broken by the largest strain so far leave the material softer below it",
     equation="u (1 - D s); exponential: s = 1 - exp(-(x_m - x)/w); "
     "ogden_roxburgh: s = erf((W(x_m) - W(x))/w), W = x^2/2; x_m the largest strain so far",
-    source="Ogden and Roxburgh, Proc. R. Soc. A 455 (1999); Mullins, Rubber Chem. Technol. 42 "
-    "(1969)",
-    fingerprint="depends on the largest strain so far, only below an earlier maximum",
+    source="Ogden and Roxburgh, Proc. R. Soc. A 455 (1999); Miehe, Eur. J. Mech. A 14 (1995); "
+    "Mullins, Rubber Chem. Technol. 42 (1969)",
+    fingerprint="depends on the largest strain so far, most below an earlier maximum",
     parameters=(
         Parameter("depth", "1", 0.02, 0.5, 0.15, "share of the signal that is lost"),
         Parameter("width", "strain range (its square)", 0.05, 1.0, 0.3, "way to become soft"),

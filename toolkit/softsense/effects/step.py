@@ -51,7 +51,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
     # A contact in series that heals, on either side of a divider; slower it would be a drift.
     q = nominal.u / nominal.full_scale
-    soon_s = HEALING_S[SOON * nominal.reference.duration_s > HEALING_S]
+    soon_s = HEALING_S[HEALING_S / nominal.reference.duration_s < SOON]
     for slope in (q**2, (1.0 - q) ** 2):
         made += _healing(nominal, near_s[::2], soon_s, slope)
     made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
