@@ -313,7 +313,7 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
     done = _composed(channels, several, fine[0].price)
     told = any(_left(channels, b) < TOLD_MORE * _left(channels, a) for a, b in done)
     best = by_price([fine[0], *(after for _, after in done)])[0]
-    if told or _left(channels, best) > UNTOLD * sum(channel.effect_price for channel in channels):
+    if told or _left(channels, best) > UNTOLD * _for_one_each(channels):
         done += _composed(channels, later, fine[0].price)
     done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
@@ -378,6 +378,11 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     return models
 
 
+def _for_one_each(channels: Sequence[Channel]) -> float:
+    """What one effect costs on every channel."""
+    return sum(channel.effect_price for channel in channels)
+
+
 def _left(channels: Sequence[Channel], made: Model) -> float:
     return sum(c.left(fit) for c, fit in zip(channels, made.fits, strict=True))
 
@@ -420,14 +425,19 @@ def _upon_motion(
 ) -> list[tuple[Model, Model]]:
     """What moves the strain alone, with another effect upon it.
 
-    Side by side with a motion that moves much, little of what acts upon it is seen.
+    Side by side with a motion that moves much, little of what acts upon it is seen; but not where
+    no motion is needed to say what there is.
     """
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
+    if channels[0].long or _least(channels, 2) >= models[0].price:
+        return []
+    if not models[0].names & moving() and _left(channels, models[0]) < _for_one_each(channels):
+        return []
     enough = MOVES * sum(channel.excess for channel in channels)
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]
-    for before in [] if channels[0].long else [*alone, *_known_by_one(channels)]:
+    for before in [*alone, *_known_by_one(channels)]:
         both = list(zip(channels, before.fits, strict=True))
         trials = all_at_once(lambda one: one[0].moved(one[1], rest), both)
         upon = by_price(_made(trials, [frozenset(), *(frozenset({name}) for name in rest)]))
