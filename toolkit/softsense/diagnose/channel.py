@@ -561,6 +561,14 @@ class Channel:
             self._whole[pick] = explained(nominal, pick[0], *source).columns
         return self._whole[pick]
 
+    def disturbed(self, pick: Pick, noise: Floats) -> Floats:
+        """(samples, p) the columns of a candidate where ``noise`` (samples,) is on what it acts on,
+        at the full rate."""
+        entry = self.entries[pick[0]][pick[1]]
+        nominal = entry.nominal or self.nominal
+        noisy = nominal.acting_on(nominal.u + noise, None)
+        return explained(noisy, pick[0], entry.number, entry.near, entry.place).columns
+
     def left(self, fit: Fit) -> float:
         """Error on unseen time over the noise variance, beyond the noise itself."""
         left = float(fit.errors.sum()) / self.sigma**2 - self.samples

@@ -227,7 +227,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     if not settled:
         channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
-    found = _found(left, checked.models[0], residual, simulated, motion, coarse, met)
+    read = _read(channels, checked.models[0], simulated)
+    found = _found(left, checked.models[0], residual, read, motion, coarse, met)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
@@ -237,8 +238,9 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         # Spikes and lines had been taken for noise, or too much for a line.
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
+        read = _read(channels, checked.models[0], simulated)
     if again or tones:
-        found = _found(left, checked.models[0], residual, simulated, motion, coarse, met, tones)
+        found = _found(left, checked.models[0], residual, read, motion, coarse, met, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     heard = [finding for finding in found if finding.name == "interference"]
@@ -483,6 +485,18 @@ def _without_tails(
         calm = [made for made in checked.models if WALK not in made.names]
         return replace(checked, models=calm, jerky=False)
     return checked
+
+
+def _read(channels: Sequence[Channel], best: Model, own: Floats) -> Floats:
+    """(samples, channels) of a simulation's ``own`` noise as converters read it whose curve is not
+    straight."""
+    read = own.copy()
+    for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True)):
+        for pick, weights in channel.weighted(fit):
+            if pick[0] in CURVES:
+                noisy = channel.disturbed(pick, own[:, number]) - channel.columns(pick)
+                read[:, number] += noisy @ weights
+    return read
 
 
 def _found(

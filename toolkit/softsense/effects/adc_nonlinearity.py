@@ -17,8 +17,8 @@ TEETH = 96
 # smaller ones, which make up a line together.
 BITS = range(4, 12)
 FINE_BITS = range(2, 12)
-# Over so many codes (rms) noise spreads where a bit goes on.
-SWITCHING = 0.6
+# Over so many codes (rms) noise spreads where a bit goes on, or the next coarse step begins.
+QUIET, NOISY = 0.6, 2.5
 # The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
 MARGIN = 0.05
 LARGEST = 0.15
@@ -74,20 +74,11 @@ def explain(nominal: Nominal) -> list[Candidate]:
             largest=LARGEST,
             straight=True,
         ),
-        Candidate(
-            np.concatenate([_bits(nominal, BITS), _straight(nominal)], axis=1),
-            {},
-            "bits",
-            largest=LARGEST,
-        ),
-        Candidate(
-            np.concatenate([_bits(nominal, FINE_BITS), _straight(nominal)[:, 1:]], axis=1),
-            {},
-            "bits",
-            largest=LARGEST,
-        ),
-        *_subranging(nominal),
+        *_binary(nominal, QUIET),
+        *_subranging(nominal, QUIET),
         *_lost(nominal),
+        *_binary(nominal, NOISY),
+        *_subranging(nominal, NOISY),
     ]
 
 
@@ -124,30 +115,57 @@ def _lost(nominal: Nominal) -> list[Candidate]:
     return result
 
 
-def _bits(nominal: Nominal, known: Iterable[int]) -> Floats:
+def _binary(nominal: Nominal, noise: float) -> list[Candidate]:
+    """Bits of the wrong weight, where noise (rms, codes) spreads their edges."""
+    straight = _straight(nominal)
+    return [
+        Candidate(np.concatenate([bits, line], axis=1), {}, "bits", largest=LARGEST)
+        for bits, line in (
+            (_bits(nominal, BITS, noise), straight),
+            (_bits(nominal, FINE_BITS, noise), straight[:, 1:]),
+        )
+    ]
+
+
+def _bits(nominal: Nominal, known: Iterable[int], noise: float) -> Floats:
     """(samples, bits) which of its capacitors a converter had switched on: of one that weighs
     wrong, or is stuck, all codes with its bit are off. Of those that the reference moves."""
     bits = np.array(known)
     low, high = nominal.low + MARGIN * nominal.span, nominal.low + (1 - MARGIN) * nominal.span
     moved = int(low) >> bits != int(high) >> bits
-    codes = np.arange(max(nominal.u.min(), 0.0) // 1, max(nominal.u.max(), 0.0) + 2.0)
+    codes = _codes(nominal)
     on = codes.astype(np.int64)[:, None] >> bits & 1
-    on = gaussian_filter1d(on * moved * nominal.span, SWITCHING, axis=0, mode="nearest")
-    return np.stack([np.interp(nominal.u, codes, each) for each in on.T], axis=1)
+    return _spread(nominal, codes, on * moved * nominal.span, noise)
 
 
-def _subranging(nominal: Nominal) -> list[Candidate]:
+def _codes(nominal: Nominal) -> Floats:
+    """(codes,) all that the signal meets."""
+    codes: Floats = np.arange(max(nominal.u.min(), 0.0) // 1, max(nominal.u.max(), 0.0) + 2.0)
+    return codes
+
+
+def _spread(nominal: Nominal, codes: Floats, made: Floats, noise: float) -> Floats:
+    """(samples, p) of what is ``made`` (codes, p) where noise (rms, codes) is on the signal."""
+    mean = gaussian_filter1d(made, noise, axis=0, mode="nearest")
+    return np.stack([np.interp(nominal.u, codes, each) for each in mean.T], axis=1)
+
+
+def _subranging(nominal: Nominal, noise: float) -> list[Candidate]:
     """Of a converter that finds a coarse code and then what is left of it, which is amplified
-    wrongly: a slope in each coarse step that the reference moves in, where that is some."""
+    wrongly: a slope in each coarse step that the reference moves in, where that is some. Noise
+    (rms, codes) spreads their ends."""
     result = []
+    codes = _codes(nominal)
     for step in COARSE:
         first, last = int(nominal.low // step), int((nominal.low + nominal.span) // step)
         if last - first < STEPPED:
             continue
-        coarse = np.floor(nominal.u / step)
-        rest = nominal.u - (coarse + 0.5) * step
+        coarse = np.floor(codes / step)
+        rest = codes - (coarse + 0.5) * step
         slopes = np.where(coarse[:, None] == np.arange(first, last + 1), rest[:, None], 0.0)
-        columns = np.concatenate([slopes, _straight(nominal)], axis=1)
+        columns = np.concatenate(
+            [_spread(nominal, codes, slopes, noise), _straight(nominal)], axis=1
+        )
         result.append(Candidate(columns, {"step": step}, "subranging", pliable=True))
     return result
 
