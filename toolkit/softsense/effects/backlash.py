@@ -82,7 +82,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Just this play; of any form its zero may be off the middle."""
-    width = max(values["width"], LEAST)
+    width = float(np.clip(values["width"], LEAST, WIDEST))
     for key in sorted((_FORMS.keys() - {ZEROED_BY}) & values.keys()):
         other = values[key] if key in ANY_SIGN else max(values[key], LEAST)
         if ZEROED_BY not in values:
@@ -354,6 +354,8 @@ STEPS = {
 }
 STEPS |= dict.fromkeys(_FORMS.keys() - STEPS.keys(), 0.005)
 LEAST = 1e-3
+# Of the range: what is never taken up is a gain, where a spring is beside it.
+WIDEST = 0.6
 
 EFFECT = Effect(
     name="backlash",

@@ -47,9 +47,9 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel, or of the two scanned before, as they really read or would
-    without their effects; or a ground that one lifts, a supply that sags, or lifts, with all
-    channels together, or a reference with the others. Or what of another channel comes through a
-    capacitance.
+    without their effects; or a ground that one lifts, a return that all others go through, a supply
+    that sags, or lifts, with all channels together, or a reference with the others. Or what of
+    another channel comes through a capacitance.
     """
     channels = nominal.codes.shape[1]
     result = _shares(nominal)
@@ -117,10 +117,16 @@ def _shares(nominal: Nominal) -> list[Candidate]:
         result.append(Candidate((together - u)[:, None], {}, "supply", largest=most))
         sagging = u * together / nominal.full_scale
         result.append(Candidate(sagging[:, None], {}, "supply", largest=most))
-        # A reference that every other one pulls from where it was at rest.
-        pulls = codes - nominal.reference.rest
-        others = u * (pulls.sum(axis=1) - pulls[:, nominal.channel]) / nominal.full_scale
+        # A reference that every other one pulls from where it was at rest, or a lead that the
+        # currents of all the others go through.
+        pulls = np.delete(codes - rest, nominal.channel, axis=1)
         pulled = min(most, MOST_PULLED)
+        if channels > 2:
+            result.append(Candidate(pulls.mean(axis=1)[:, None], {}, "return", largest=pulled))
+            if whole is nominal.codes:
+                # What all have in common as they really read would be said by any of them.
+                result.append(Candidate(pulls, {}, "return", parallel=True, largest=most))
+        others = u * pulls.sum(axis=1) / nominal.full_scale
         result.append(Candidate(others[:, None], {}, "reference", largest=pulled))
     return result
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache, partial
 
 import numpy as np
 
@@ -25,6 +26,8 @@ EDGE = 0.01
 ABOUT = (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7)
 # Powers of the way gone by which fatigue grows.
 FATIGUE = (0.35, 0.5, 0.7, 0.85)
+# What of the strain reaches the sensor, less all of it.
+TRANSFERRED = (-0.25, -0.07, 0.07, 0.25)
 NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
 ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
 
@@ -50,14 +53,15 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """In proportion to the signal: constant, or growing with time or with the way gone; or to the
-    resistance, whose voltage is read behind a divider. What is no signal need not be where the
-    recording begins."""
+    """In proportion to the signal: constant, or growing with time or with the way gone; to the
+    resistance, whose voltage is read behind a divider; or to the strain, not all of which reaches
+    the sensor. What is no signal need not be where the recording begins."""
     t, moved = _time(nominal), _moved(nominal)
     return [
         Candidate(moved[:, None], {}, "constant"),
         *_about(nominal, ABOUT),
         *_divided(nominal),
+        *_transferred(nominal, TRANSFERRED),
         Candidate((moved * t)[:, None], {}, "ageing"),
         Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
         *_cycles(nominal, FATIGUE),
@@ -73,6 +77,9 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     an offset makes equal."""
     if "zero" in values:
         return _about(nominal, [*ANYWHERE, *(values["zero"] + np.array(NEAR)).tolist()])
+    if "transferred" in values:
+        near = values["transferred"] * np.geomspace(0.5, 1.6, 7)
+        return explain(nominal) + _transferred(nominal, near.tolist())
     if "ways" in values:
         return _logarithmic(nominal, (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist())
     if "begins" in values:
@@ -170,13 +177,32 @@ def _divided(nominal: Nominal) -> list[Candidate]:
     return result
 
 
+def _transferred(nominal: Nominal, more: Sequence[float]) -> list[Candidate]:
+    """Where more or less of the strain reaches the sensor, through its glue or its clamps."""
+
+    @cache
+    def reading(part: float) -> Floats:
+        return nominal.respond(part * nominal.strain, nominal.keep)
+
+    def change(part: float) -> Floats:
+        less = 1.0 - abs(part)
+        change = reading(less) - reading(1.0)
+        if part > 0.0:
+            # Nobody has seen how it reads beyond its range: a parabola through what is within.
+            change = reading(less - part) - reading(less) - 2.0 * change
+        return change[:, None]
+
+    return [Candidate(partial(change, part), {"transferred": part}, "transferred") for part in more]
+
+
 EFFECT = Effect(
     name="gain",
     stage="material",
     mechanism="the sensor is more or less sensitive than assumed, from the start or by ageing",
     equation="u (1 + A c); constant: c = 1; time: c = t / 400 s; cycles: c = sqrt(n / 100), "
     "n the way travelled in full cycles",
-    source="miscalibration; fatigue of filler networks grows with the number of cycles",
+    source="miscalibration; shear lag: Cox, Brit. J. Appl. Phys. 3 (1952); "
+    "fatigue of filler networks grows with the number of cycles",
     fingerprint="proportional to the signal, may grow with time or cycles",
     parameters=(Parameter("amplitude", "1", -0.4, 0.4, 0.1, "relative change of the gain"),),
     simulate=simulate,

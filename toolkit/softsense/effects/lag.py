@@ -19,9 +19,14 @@ FALLS = (0.5, 0.7, 1.4, 2.0)
 THROUGH = (0.1, 0.2)
 # Poles of a line of resistors and capacitors, as the roots of how many times the first they are.
 LINE = (1, 3, 5, 7)
-# What is never left of a sensor's share of its divider.
-EDGE = 0.02
-TOP = 1.0 + 2.0 * EDGE
+# Exponents of a cable whose dielectric absorbs, and the time constants of its poles, of the middle
+# one, between logarithms.
+ABSORBS = (0.86, 0.93)
+APART = np.linspace(-5.5, 5.5, 12)
+SPREAD = np.exp(0.5 * (APART[1:] + APART[:-1]))
+# How many times as slow a filter is at the highest codes as at the lowest, whose resistor is the
+# sensor itself.
+SLOWER = (0.12, 0.3, 0.6, 1.7, 3.0, 8.0)
 # Of two poles that are coupled: Chebyshev, Butterworth and Bessel filters are in between.
 DAMPINGS = (0.5, 0.7, 0.87)
 
@@ -46,12 +51,15 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one time constant; a second pole that is faster, or coupled; a part that
-    comes through at once; or another time constant on the way down. Around one of those, closer."""
+    comes through at once; another time constant on the way down, or at other codes. Around one of
+    those, closer."""
     if "damping" in values:
         return _coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS)
     close_s, near = values["tau_s"] * np.geomspace(0.92, 1.09, 7), np.geomspace(0.75, 1.33, 7)
     if "second" in values:
         return _two_poles(nominal, close_s, values["second"] * near)
+    if "slower" in values:
+        return _traces(nominal, close_s) + _own(nominal, close_s, values["slower"] * near)
     if "fall" in values:
         return _uneven(nominal, close_s, values["fall"] * near)
     if "through" in values:
@@ -64,6 +72,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         *_two_poles(nominal, times_s[1::2], SECOND),
         *_leaking(alone, THROUGH),
         *_uneven(nominal, times_s[1::2], FALLS),
+        *_own(nominal, times_s[1::2], SLOWER),
     ]
 
 
@@ -114,14 +123,16 @@ def _two_poles(nominal: Nominal, times_s: Floats, parts: Iterable[float]) -> lis
 
 def _lines(nominal: Nominal, times_s: Floats) -> list[Candidate]:
     """A line of many small resistors and capacitors, seen at its end or at its beginning (a finite
-    Warburg element); and one whose resistor is the sensor itself, the lower or the upper one."""
+    Warburg element); and a cable whose dielectric absorbs."""
     result = []
     for tau_s in times_s.tolist():
+        for power in ABSORBS:
+            filtered = partial(_absorbing, nominal, tau_s, power)
+            values = {"tau_s": tau_s, "power": power}
+            result.append(_trace(nominal, filtered, values, "absorbing"))
         for form, filtered in (
             ("line", partial(_end_of_line, nominal, tau_s)),
             ("diffusion", partial(_begin_of_line, nominal, tau_s)),
-            ("own", partial(_own, nominal, tau_s, False)),
-            ("own", partial(_own, nominal, tau_s, True)),
         ):
             result.append(_trace(nominal, filtered, {"tau_s": tau_s}, form))
     return result
@@ -139,14 +150,36 @@ def _begin_of_line(nominal: Nominal, tau_s: float) -> Floats:
     return begin
 
 
-def _own(nominal: Nominal, tau_s: float, upper: bool) -> Floats:
-    """(samples,) of a filter whose resistor is the sensor, the ``upper`` one of its divider."""
-    share = np.clip(nominal.u / nominal.full_scale, 0.0, 1.0) + EDGE
-    usual = (nominal.low + 0.5 * nominal.span) / nominal.full_scale + EDGE
-    if upper:
-        share, usual = TOP - share, TOP - usual
-    own: Floats = at_own_pace(nominal.u, nominal.dt_s / (tau_s * share / usual))
-    return own
+def _absorbing(nominal: Nominal, tau_s: float, power: float) -> Floats:
+    """(samples,) through 1 / (1 + (tau p)^power): Cole and Cole, J. Chem. Phys. 9 (1941), whose
+    time constants spread on a logarithmic scale as known."""
+    weights = np.diff(np.arctan(np.tan(0.5 * power * np.pi) * np.tanh(0.5 * power * APART)))
+    times_s = tau_s * SPREAD
+    rows = np.repeat(nominal.u[:, None], len(SPREAD), axis=1)
+    slow = low_pass(rows, nominal.dt_s, times_s, None)[0]
+    absorbed: Floats = slow @ (weights / weights.sum())
+    return absorbed
+
+
+def _own(nominal: Nominal, times_s: Floats, ratios: Iterable[float]) -> list[Candidate]:
+    """A filter whose resistor is the sensor: from the lowest to the highest codes its time constant
+    grows by such a ratio, and its mean over them is the one that is said."""
+
+    def filtered(tau_s: float, ratio: float) -> Floats:
+        own = np.maximum(1.0 + (ratio - 1.0) * nominal.share, 0.5 * min(ratio, 1.0))
+        paced: Floats = at_own_pace(nominal.u, nominal.dt_s * (1.0 + ratio) / (2.0 * tau_s * own))
+        return paced
+
+    return [
+        _trace(
+            nominal,
+            partial(filtered, tau_s, float(ratio)),
+            {"tau_s": tau_s, "slower": float(ratio)},
+            "own",
+        )
+        for tau_s in times_s.tolist()
+        for ratio in ratios
+    ]
 
 
 def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[Candidate]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
+from math import atanh, exp, tanh
 
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import at_own_pace, followed, low_pass
+from softsense.effects.operators import at_own_pace, compiled, followed, low_pass
 
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.7
@@ -41,6 +42,10 @@ HASTES = (-2.0, -1.0, 1.0, 2.0)
 # Around one of these; and how much more of it relaxes at full signal than at none.
 HASTES_NEAR = (-0.5, 0.0, 0.5)
 GROWTHS = (-0.4, 0.0, 0.4, 0.8)
+# Time constants of a dashpot that gives way by activation, and how far of the range it is stretched
+# where it does so much faster.
+GIVES_S = (3.0, 10.0, 30.0)
+ACTIVATED = (0.06, 0.12, 0.25)
 # Time constants that a simulator has and that are in truth, where its own are wrong, and how many
 # places apart they are.
 RETIMED_S = tuple(0.6 * 1.5**k for k in range(15))
@@ -91,8 +96,11 @@ def explain(nominal: Nominal) -> list[Candidate]:
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
     stretched further relaxes more than in proportion), where the signal is right at once, and where
-    what is stretched further relaxes faster; and a part that relaxes at another pace than it
-    recovers, or than the simulator has it."""
+    what is stretched further relaxes faster; a part that relaxes at another pace than it recovers,
+    or than the simulator has it; and one that relaxes the faster, the further it has to go."""
+    if "activated" in values:
+        times_s, bends = (values[key] * np.geomspace(0.6, 1.7, 5) for key in ("tau_s", "activated"))
+        return _activated(nominal, times_s.tolist(), bends.tolist())
     if "haste" in values:
         return [
             _prony(partial(_hasty, nominal, haste, taus, grows), "hasty", taus, values)
@@ -119,6 +127,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return whole
 
     result = _singles(nominal, near) + _uneven(nominal) + _retimed(nominal, values)
+    result += _activated(nominal, GIVES_S, ACTIVATED)
     result += [
         _prony(partial(_hasty, nominal, haste, taus), "hasty", taus, {"haste": haste})
         for haste in HASTES
@@ -156,6 +165,43 @@ def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats
     slow = followed(nominal.u, nominal.dt_s / rising_s, nominal.dt_s / falling_s, nominal.u[0])
     column: Floats = (slow - nominal.u)[nominal.keep, None].copy()
     return column
+
+
+def _activated(
+    nominal: Nominal, times_s: Sequence[float], bends: Sequence[float]
+) -> list[Candidate]:
+    """A part of the signal, or of the strain, behind a dashpot that flows by activation: Eyring,
+    J. Chem. Phys. 4 (1936); Halsey, White and Eyring, Text. Res. J. 15 (1945)."""
+
+    def behind(signal: Floats, tau_s: float, bend: float) -> Floats:
+        column: Floats = -nominal.span * _flowing(signal, nominal.dt_s / tau_s, bend)
+        return column[nominal.keep, None]
+
+    return [
+        Candidate(
+            partial(behind, signal, tau_s, bend),
+            {"tau_s": tau_s, "activated": bend},
+            "activated",
+            largest=MOST,
+        )
+        for signal in (nominal.share, nominal.strain)
+        for tau_s in times_s
+        for bend in bends
+    ]
+
+
+@compiled
+def _flowing(signal: Floats, pull: float, bend: float) -> Floats:
+    """(samples,) how far ``signal`` u is ahead: ds = du - pull bend sinh(s / bend) per sample,
+    exact while it rests."""
+    ahead = np.empty_like(signal)
+    kept, s, before = exp(-pull), 0.0, signal[0]
+    for k in range(len(signal)):
+        s += signal[k] - before
+        before = signal[k]
+        s = 2.0 * bend * atanh(tanh(0.5 * s / bend) * kept)
+        ahead[k] = s
+    return ahead
 
 
 def _hasty(nominal: Nominal, haste: float, taus: Sequence[float], grows: float = 0.0) -> Floats:
@@ -227,6 +273,7 @@ EFFECT = Effect(
     mechanism="viscoelastic stress: what a fast change adds decays while the strain is held",
     equation="u + sum_i g_i (u - y_i), tau_i dy_i/dt = u - y_i; power_law: g_i ~ tau_i^-a",
     source="generalised Maxwell (Prony) model: Ferry, Viscoelastic Properties of Polymers (1980); "
+    "Eyring, J. Chem. Phys. 4 (1936); "
     "ladder of a fractional element: Schiessel and Blumen, J. Phys. A 26 (1993)",
     fingerprint="decays in holds, signed, linear in the signal",
     parameters=(

@@ -53,8 +53,10 @@ def explain(nominal: Nominal) -> list[Candidate]:
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The laws of softening around one width; what has none, nothing closer."""
     often = _classes(nominal) + _forgetting(nominal)
-    if "grows" not in values:
+    if "width" not in values or "heal_s" in values:
         return _bends(nominal) + often
+    if "grows" not in values:
+        return often + _damage(nominal, values["width"] * np.geomspace(0.4, 2.5, 9))
     grows = values["grows"]
     return often + _laws(
         nominal,
@@ -123,15 +125,25 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
         parts = [soft * nominal.share, soft * nominal.strain, soft * nominal.largest]
         result += [Candidate(part[:, None], values, form) for part in parts]
         result.append(Candidate(np.stack([*parts[:2], soft], axis=1), values, form))
+    return result + _damage(nominal, widths)
+
+
+def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
+    """Damage that only grows where it was never strained as much, with the strain (Miehe, Eur. J.
+    Mech. A 14, 1995) or with its energy (Simo, Comput. Methods Appl. Mech. Eng. 60, 1987): nothing
+    is stiffer close to the largest strain."""
+    result = []
+    top = np.maximum(nominal.largest, 0.0)
+    # Another motion, which followed, has the same candidates.
+    first = round(nominal.reference.duration_s / nominal.dt_s)
     for width in widths:
-        # Damage that only grows where it was never strained as much (Miehe, Eur. J. Mech. A 14,
-        # 1995): nothing is stiffer close to the largest strain.
-        damage = -np.expm1(-np.maximum(nominal.largest, 0.0) / width) * nominal.span
-        if damage.std() < LEAST_DAMAGED * damage.mean():
-            continue
-        values = {"width": float(width)}
-        for part in (damage * nominal.share, damage * nominal.strain):
-            result.append(Candidate(part[:, None], values, "damage"))
+        for grown in (top, top**2):
+            damage = -np.expm1(-grown / width) * nominal.span
+            if damage[:first].std() < LEAST_DAMAGED * damage[:first].mean():
+                continue
+            values = {"width": float(width)}
+            for part in (damage * nominal.share, damage * nominal.strain):
+                result.append(Candidate(part[:, None], values, "damage"))
     return result
 
 
@@ -161,6 +173,7 @@ EFFECT = Effect(
     equation="u (1 - D s); exponential: s = 1 - exp(-(x_m - x)/w); "
     "ogden_roxburgh: s = erf((W(x_m) - W(x))/w), W = x^2/2; x_m the largest strain so far",
     source="Ogden and Roxburgh, Proc. R. Soc. A 455 (1999); Miehe, Eur. J. Mech. A 14 (1995); "
+    "Simo, Comput. Methods Appl. Mech. Eng. 60 (1987); "
     "Mullins, Rubber Chem. Technol. 42 (1969)",
     fingerprint="depends on the largest strain so far, most below an earlier maximum",
     parameters=(
