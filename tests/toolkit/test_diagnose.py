@@ -633,6 +633,95 @@ def test_damage_that_only_a_larger_strain_makes_is_softening() -> None:
     assert diagnose(recorded(x, codes, 1), recorded(x, hurt, 2)).effects == ("softening",)
 
 
+def test_strain_that_does_not_all_reach_the_sensor_is_a_gain() -> None:
+    """Glue takes some of it, before a curve that is steep at one end and a material that creeps."""
+    x, _ = clean(33)
+    bends = np.array([1.6, -2.0, 2.4, 1.2])
+
+    def read(felt: np.ndarray) -> np.ndarray:
+        static = 1200.0 + 900.0 * np.expm1(bends * felt[:, None]) / np.expm1(bends)
+        return static + 0.1 * (filtered(static, 8.0) - static)
+
+    codes, made = read(x), read(0.85 * x)
+    made[:, 3] = codes[:, 3]
+    diagnosis = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert diagnosis.effects == ("gain",)
+    assert diagnosis.data["effects"][0]["channels"] == ["s1", "s2", "s3"]
+
+
+def test_a_filter_whose_resistor_is_the_sensor_is_a_lag() -> None:
+    """Slow where the resistance is high, which is many times what it is at the other end."""
+    x, codes = clean(34)
+    made = codes.copy()
+    for channel, ratio in ((0, 7.0), (2, 0.2)):
+        u = codes[:, channel]
+        share = (u - u.min()) / np.ptp(u)
+        pull = 2.0 / (1.0 + (ratio - 1.0) * share) / (0.3 * RATE_HZ)
+        y = u[0]
+        for k in range(1, len(u)):
+            fine = np.linspace(u[k - 1], u[k], 11)[1:]
+            for value in fine:
+                y += (value - y) * -np.expm1(-0.1 * pull[k])
+            made[k, channel] = y
+    assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("lag",)
+
+
+def test_a_lead_that_all_others_return_through_is_crosstalk() -> None:
+    x, _ = clean(35)
+    static = [np.expm1(b * x) / np.expm1(b) for b in (0.5, -1.5, 2.0, -0.5, 1.5, -2.0)]
+    times_s = 0.5, 20.0, 4.0, 60.0, 1.5, 9.0
+    signals = [s + 0.4 * (filtered(s, tau_s) - s) for s, tau_s in zip(static, times_s, strict=True)]
+    codes = 1500.0 + np.stack(signals, axis=1) * [700.0, -900.0, 600.0, 800.0, -650.0, 750.0]
+    pulls, made = codes - codes[0], codes.copy()
+    for channel in (0, 1, 3, 4):
+        others = np.delete(pulls, channel, axis=1)
+        made[:, channel] -= 0.08 * others @ [0.2, 0.9, 0.5, 0.7, 0.3]
+    assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("crosstalk",)
+
+
+def test_a_dashpot_that_gives_way_is_relaxation() -> None:
+    """Eyring: the further it is stretched, the far faster it flows."""
+    x, codes = clean(36)
+    made = codes.copy()
+    for channel, bend in ((0, 0.06), (1, 0.1), (3, 0.15)):
+        share = (codes[:, channel] - codes[:, channel].min()) / np.ptp(codes[:, channel])
+        ahead, s = np.zeros(len(x)), 0.0
+        for k in range(1, len(x)):
+            s += share[k] - share[k - 1]
+            for _ in range(20):
+                s -= bend * np.sinh(s / bend) / (20 * 6.0 * RATE_HZ)
+            ahead[k] = s
+        made[:, channel] += 0.3 * ahead * np.ptp(codes[:, channel])
+    assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("relaxation",)
+
+
+@pytest.mark.parametrize(("noise", "step", "gain"), [(2.0, 256, 0.3), (4.0, 128, 0.4)])
+def test_noise_at_the_edges_of_a_converter_is_the_converters(
+    noise: float, step: int, gain: float
+) -> None:
+    """Noise before it makes it leap from one side of an edge to the other, and is amplified."""
+    x, codes = clean(38)
+    real = recorded(x, codes, 2, noise)
+    read = real.codes.copy()
+    read[:, :3] += np.rint(gain * (read[:, :3] % step - 0.5 * step)).astype(np.int32)
+    diagnosis = diagnose(recorded(x, codes, 1, noise), replace(real, codes=read))
+    assert diagnosis.effects == ("adc_nonlinearity",)
+    assert not diagnosis.data["unexplained"]["unknown_effect"]
+
+
+def test_damage_carries_over_to_a_motion_that_brings_no_more() -> None:
+    x, _ = clean(38, 4 * SAMPLES)
+    x[:SAMPLES] *= np.linspace(0.55, 1.0, SAMPLES)
+    now, then = slice(0, SAMPLES), slice(SAMPLES, None)
+    codes = sensed(x)
+    share = (codes - codes[0]) / np.ptp(codes, axis=0)
+    hurt = codes + 80.0 * np.expm1(-np.maximum.accumulate(x) / 0.6)[:, None] * share
+    diagnosis = diagnose(recorded(x[now], codes[now], 1), recorded(x[now], hurt[now], 2))
+    assert diagnosis.effects == ("softening",)
+    made = augment(diagnosis, recorded(x[then], codes[then], 3)).codes
+    assert np.mean((made - hurt[then]) ** 2) < 0.1 * np.mean((codes - hurt)[then] ** 2)
+
+
 def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
     """The network feels more strain, later more and more, or strain that relaxes, and a curve that
     is steep at one end makes codes of it; a smaller motion follows."""
@@ -656,7 +745,8 @@ def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
         assert result.effects == (name,)
         again = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
         gap = made[then] - codes[then]
-        assert np.std(again - made[then]) < 0.25 * np.std(gap)
+        # Rounding alone is 0.18 of the smallest.
+        assert np.std(again - made[then]) < 0.3 * np.std(gap)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
