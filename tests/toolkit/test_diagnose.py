@@ -1609,6 +1609,22 @@ def test_every_effect_that_explains_says_finite_columns() -> None:
             assert not candidate.fixed or candidate.columns.shape[1] == 1, name
 
 
+def test_candidates_are_the_same_ones_whatever_moves_the_strain() -> None:
+    """They are known by their number."""
+    x, codes = clean(2, 1500)
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[0]
+    strain = motion.strain
+    still = nominal.acting_on(codes[:, 0], lambda: np.where(strain > 0.0, 0.9 + 0.1 * strain, 0.9))
+    for name, effect in all_effects().items():
+        made = effect.explain(nominal) if effect.explain else []
+        assert len(effect.explain(still) if effect.explain else []) == len(made), name
+        for candidate in made if effect.zoom else ():
+            near = effect.zoom(nominal, candidate.values)
+            assert len(effect.zoom(still, candidate.values)) == len(near), name
+
+
 @pytest.mark.parametrize(
     ("effect", "place", "true"),
     [

@@ -29,6 +29,8 @@ AVERAGED_NOISE = float((AVERAGE**2).sum())
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
 CURVE_KNOTS = 6
 CURVE_POINTS = 41
+# So many samples at most say how the largest strain grew.
+LARGEST = 1000
 FLATTEST = 0.15
 # Samples are taken together that keep so much of the power of the strain's rate.
 SLOW_KEPT = 0.9
@@ -240,7 +242,8 @@ def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) ->
     same = len(strain) == len(motion.strain)
     elastic = elastic_of(codes, motion if same else replace(motion, strain=strain))
     rest, start_s = codes[0].copy(), motion.start_s
-    return Reference(rest, low, span, start_s, duration_s, lost, levels, curves, elastic)
+    largest = motion.largest[: len(codes) : -(-len(codes) // LARGEST)]
+    return Reference(rest, low, span, start_s, duration_s, lost, levels, curves, elastic, largest)
 
 
 def levels_of(beside: Floats, smooth: Floats, motion: Motion) -> Floats:

@@ -147,6 +147,7 @@ class Reference:
     ``levels`` (channels, 3): how many there are in the range of what makes a channel go in steps,
     one of them, and whether that is the strain (0) or its own signal (1); zeros where nothing does.
     ``curves``: of each channel, codes over strain; ``elastic``: the same where nothing lags behind.
+    ``largest`` (some samples,): the largest strain so far.
     """
 
     rest: Floats
@@ -158,6 +159,7 @@ class Reference:
     levels: Floats
     curves: tuple[Curve, ...]
     elastic: tuple[Curve, ...]
+    largest: Floats
 
 
 @dataclass(frozen=True)

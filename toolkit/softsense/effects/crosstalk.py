@@ -123,7 +123,7 @@ def _shares(nominal: Nominal) -> list[Candidate]:
         pulled = min(most, MOST_PULLED)
         if channels > 2:
             result.append(Candidate(pulls.mean(axis=1)[:, None], {}, "return", largest=pulled))
-            if whole is nominal.codes:
+            if most > MOST:
                 # What all have in common as they really read would be said by any of them.
                 result.append(Candidate(pulls, {}, "return", parallel=True, largest=most))
         others = u * pulls.sum(axis=1) / nominal.full_scale

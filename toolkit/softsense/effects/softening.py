@@ -45,7 +45,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
     Where that is reached at once they are curves of the signal, and say nothing of softening.
     """
-    if np.ptp(nominal.largest) < LEAST_GROWTH:
+    if np.ptp(nominal.reference.largest) < LEAST_GROWTH:
         return []
     return _bends(nominal) + _laws(nominal, np.array([0.05, 0.2, 0.8]), np.array([0.0, 0.3, 1.0]))
 
@@ -134,13 +134,14 @@ def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
     is stiffer close to the largest strain."""
     result = []
     top = np.maximum(nominal.largest, 0.0)
-    # Another motion, which followed, has the same candidates.
-    first = round(nominal.reference.duration_s / nominal.dt_s)
+    # Whatever else moves the strain, and on another motion, the candidates are the same ones.
+    seen = np.maximum(nominal.reference.largest, 0.0)
     for width in widths:
-        for grown in (top, top**2):
-            damage = -np.expm1(-grown / width) * nominal.span
-            if damage[:first].std() < LEAST_DAMAGED * damage[:first].mean():
+        for power in (1, 2):
+            first = -np.expm1(-(seen**power) / width)
+            if first.std() < LEAST_DAMAGED * first.mean():
                 continue
+            damage = -np.expm1(-(top**power) / width) * nominal.span
             values = {"width": float(width)}
             for part in (damage * nominal.share, damage * nominal.strain):
                 result.append(Candidate(part[:, None], values, "damage"))
