@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
 
+import numpy as np
+
 from softsense.diagnose import moved
 from softsense.diagnose.channel import (
     LESS_LEFT,
@@ -51,7 +53,8 @@ MOST_FREE = 0.3
 MOVES = 0.5
 ONE_LEAVES = 0.01
 UPON = 3
-# Of a long recording it is not looked at closely where it leaves so many times what others do.
+# Of a long recording it is not looked at closely where it leaves so many times what others do; of
+# any, where it leaves more than ``MOVES`` of a gap that others say.
 HOPELESS = 4.0
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel.
@@ -275,7 +278,8 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         picks = [moved.picks_of(channel, {name: alone}) for channel in channels]
         common |= {pick for own in picks for pick in own}
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
-        if _hopeless(channels, priced(channels, tuple(fits)), MOVES * gap):
+        # Of a long recording looks take their time.
+        if channels[0].long and _left(channels, priced(channels, tuple(fits))) > MOVES * gap:
             continue
         for stage in range(STAGES - 1):
             entries = moved.refined(channels, fits, stage)
@@ -295,7 +299,11 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         known = channels[order.pop(0)].moved_alone()
     all_at_once(zoom, order)
     fine = _chosen_again(channels, _models(channels, names))
-    enough = HOPELESS * _left(channels, fine[0])
+    enough = np.inf
+    if channels[0].long:
+        enough = HOPELESS * _left(channels, fine[0])
+    elif _without_motion(channels, fine[0]):
+        enough = MOVES * gap
     moves = [_moves(channels, name, enough) for name in sorted(moving() & set(names))]
     fine = by_price([*fine, *moves])
     # A walk follows what a composition would say.
@@ -331,19 +339,20 @@ def weighed(channels: Sequence[Channel], made: Model) -> Model:
     return replace(made, price=made.price + LEFT_AGAIN * left)
 
 
-def _hopeless(channels: Sequence[Channel], made: Model, enough: float) -> bool:
-    """Whether ``made`` leaves more than ``enough`` of a long recording: looks take their time."""
-    return channels[0].long and _left(channels, made) > enough
+def _without_motion(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether the ``best`` needs no motion to say nearly all that there is."""
+    return not best.names & moving() and _left(channels, best) < _for_one_each(channels)
 
 
 def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
-    """An effect of the motion alone, fitted to all channels at once from the best of each form."""
+    """An effect of the motion alone, fitted to all channels at once from the best of each form,
+    where that leaves no more than ``enough``."""
     best = nothing = priced(channels, tuple(channel.best(frozenset()) for channel in channels))
     for key in moved.forms(channels, nothing.fits, name):
         picks = [moved.picks_of(channel, {name: key}) for channel in channels]
         fits = [channel.bare(own) for channel, own in zip(channels, picks, strict=True)]
         made = priced(channels, tuple(fits))
-        if _hopeless(channels, made, enough):
+        if _left(channels, made) > enough:
             break
         for stage in range(STAGES - 1):
             made = _fitted(channels, made, stage)
@@ -430,9 +439,8 @@ def _upon_motion(
     """
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
-    if channels[0].long or _least(channels, 2) >= models[0].price:
-        return []
-    if not models[0].names & moving() and _left(channels, models[0]) < _for_one_each(channels):
+    may_pay = _least(channels, 2) < models[0].price
+    if channels[0].long or not may_pay or _without_motion(channels, models[0]):
         return []
     enough = MOVES * sum(channel.excess for channel in channels)
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]

@@ -59,6 +59,8 @@ MOST = 0.05
 # What moves the strain is known where it leaves less of the gap. Other effects stand where they do
 # not leave so many times as much as any strain.
 MOVED_LEAVES = 0.1
+# And is not looked for again where it leaves no more than this.
+MOVED_RIGHT = 0.002
 FAR_WORSE = 3.0
 
 
@@ -109,7 +111,7 @@ def vetted(
     if strain.left > min(left - worse, MOST * strain.gap):
         return Vetted(kept, jerky, False)
     moved = [made for made in kept if made.names <= moving()]
-    if not channels[0].long or left_share(channels, moved[0]) >= MOVED_LEAVES:
+    if left_share(channels, moved[0]) >= (MOVED_LEAVES if channels[0].long else MOVED_RIGHT):
         moved = by_price([*moved, *_moving_alone(channels)])
     if left_share(channels, moved[0]) < MOVED_LEAVES:
         return Vetted(moved, False, False)
