@@ -44,6 +44,7 @@ def test_two_workers_say_what_one_says(
         spread = benchmark.mapped(work, 1, cluster.scheduler_address)
     for result in (*serial, *spread):
         result.pop("seconds")
+        result.pop("on_the_clock")
     assert spread == serial
     assert serial[0]["said"] == ["gain"]
     assert serial[1]["said"] == []
@@ -63,3 +64,12 @@ def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
             )
     again = elsewhere.make(3, ("gain",), "typical")
     assert np.array_equal(again.real.codes, elsewhere.make(3, ("gain",), "typical").real.codes)
+    liquid = sys.modules["liquid"]
+    for name in liquid.NAMES:
+        for seed in range(3):
+            case = liquid.make(seed, (name,), "typical")
+            assert case.real.codes.shape == (benchmark.SAMPLES, len(case.floors))
+            changed = case.change.std(axis=0) > 0.0
+            assert tuple(np.flatnonzero(changed)) == (() if name == "noise" else case.truth[name])
+    again = liquid.make(3, ("gain",), "typical")
+    assert np.array_equal(again.real.codes, liquid.make(3, ("gain",), "typical").real.codes)

@@ -1,10 +1,10 @@
 """How well the diagnosis does on made cases.
 
-  python tests/benchmarks/gap/run.py [--half train|held-out|elsewhere] [--cases N] [--jobs N]
+  python tests/benchmarks/gap/run.py [--half train|held-out|elsewhere|liquid] [--cases N] [--jobs N]
                                      [--dask ADDRESS] [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere`` has sensors, motions and equations of another origin altogether.
+``elsewhere`` and ``liquid`` have sensors, motions and equations of other origins altogether.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -28,6 +28,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 import cases
 import elsewhere
+import liquid
 from cases import LAST, NAMES, SAMPLES
 
 from softsense.diagnose import augment, diagnose
@@ -55,7 +56,8 @@ ALIASES = {
 }
 RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
-HALVES = ("train", "held-out", "elsewhere")
+HALVES = ("train", "held-out", "elsewhere", "liquid")
+OF_OTHERS = {"elsewhere": elsewhere, "liquid": liquid}
 
 # What is hidden, seed, excitation, half, and what shall not be known.
 Job = tuple[tuple[str, ...], int, str, str, tuple[str, ...]]
@@ -64,8 +66,8 @@ Job = tuple[tuple[str, ...], int, str, str, tuple[str, ...]]
 def score(job: Job) -> dict[str, Any]:
     """One case: what was hidden, what was said, and what it closes."""
     names, seed, excitation, half, without = job
-    if half == "elsewhere":
-        case = elsewhere.make(seed, names, excitation)
+    if half in OF_OTHERS:
+        case = OF_OTHERS[half].make(seed, names, excitation)
     else:
         case = cases.make(seed, names, excitation, half == "held-out")
     start, begun = time.process_time(), time.perf_counter()
@@ -124,7 +126,7 @@ def jobs(half: str, count: int) -> dict[str, list[Job]]:
     two = [tuple(str(n) for n in rng.choice(NAMES, 2, replace=False)) for _ in range(10 * count)]
     # The training half does without the last of those that are foreign or retuned.
     some = slice(None, -1 if half == "train" else None)
-    source = elsewhere if half == "elsewhere" else cases
+    source = OF_OTHERS.get(half, cases)
     foreign, retuned = source.FOREIGN[some], source.RETUNED[some]
 
     def each(base: int, names: Sequence[str], some: int) -> list[Job]:
@@ -152,7 +154,7 @@ def table(results: dict[str, list[dict[str, Any]]]) -> dict[str, str]:
     """The measures by name."""
 
     def rate(values: list[bool]) -> str:
-        return f"{100.0 * float(np.mean(values)):.0f} % of {len(values)}"
+        return f"{100.0 * float(np.mean(values)):.0f} % of {len(values)}" if values else "-"
 
     one, two = results["one"], results["two"]
     closing = [r for r in one if "closed" in r]
