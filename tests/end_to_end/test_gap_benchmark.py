@@ -51,7 +51,7 @@ def test_two_workers_say_what_one_says(
 
 
 def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
-    """Every effect, each of its equations: what is hidden shows on its channels, and only there."""
+    """Every effect, each of its equations or some: what is hidden shows on its channels only."""
     elsewhere = sys.modules["elsewhere"]
     for name in elsewhere.NAMES:
         for family in range(elsewhere.FAMILIES):

@@ -29,9 +29,9 @@ AVERAGED_NOISE = float((AVERAGE**2).sum())
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
 CURVE_KNOTS = 6
 CURVE_POINTS = 41
+FLATTEST = 0.15
 # So many samples at most say how the largest strain grew.
 LARGEST = 1000
-FLATTEST = 0.15
 # Samples are taken together that keep so much of the power of the strain's rate.
 SLOW_KEPT = 0.9
 # Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much, if

@@ -437,11 +437,11 @@ def _upon_motion(
     Side by side with a motion that moves much, little of what acts upon it is seen; but not where
     no motion is needed to say what there is.
     """
-    result = []
-    rest = [name for name in names if name not in moving() and name != WALK]
     may_pay = _least(channels, 2) < models[0].price
     if channels[0].long or not may_pay or _without_motion(channels, models[0]):
         return []
+    result = []
+    rest = [name for name in names if name not in moving() and name != WALK]
     enough = MOVES * sum(channel.excess for channel in channels)
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]

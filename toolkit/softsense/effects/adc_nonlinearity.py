@@ -74,11 +74,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
             largest=LARGEST,
             straight=True,
         ),
-        *_binary(nominal, QUIET),
-        *_subranging(nominal, QUIET),
+        *_edged(nominal, QUIET),
+        *_edged(nominal, NOISY),
         *_lost(nominal),
-        *_binary(nominal, NOISY),
-        *_subranging(nominal, NOISY),
     ]
 
 
@@ -115,16 +113,17 @@ def _lost(nominal: Nominal) -> list[Candidate]:
     return result
 
 
-def _binary(nominal: Nominal, noise: float) -> list[Candidate]:
-    """Bits of the wrong weight, where noise (rms, codes) spreads their edges."""
+def _edged(nominal: Nominal, noise: float) -> list[Candidate]:
+    """Bits of the wrong weight, and coarse steps, where noise (rms, codes) spreads their edges."""
     straight = _straight(nominal)
-    return [
+    binary = [
         Candidate(np.concatenate([bits, line], axis=1), {}, "bits", largest=LARGEST)
         for bits, line in (
             (_bits(nominal, BITS, noise), straight),
             (_bits(nominal, FINE_BITS, noise), straight[:, 1:]),
         )
     ]
+    return binary + _subranging(nominal, noise)
 
 
 def _bits(nominal: Nominal, known: Iterable[int], noise: float) -> Floats:
@@ -152,8 +151,7 @@ def _spread(nominal: Nominal, codes: Floats, made: Floats, noise: float) -> Floa
 
 def _subranging(nominal: Nominal, noise: float) -> list[Candidate]:
     """Of a converter that finds a coarse code and then what is left of it, which is amplified
-    wrongly: a slope in each coarse step that the reference moves in, where that is some. Noise
-    (rms, codes) spreads their ends."""
+    wrongly: a slope in each coarse step that the reference moves in, where that is some."""
     result = []
     codes = _codes(nominal)
     for step in COARSE:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache, partial
-from math import atanh, exp, tanh
 
 import numpy as np
 
@@ -190,18 +189,24 @@ def _activated(
     ]
 
 
-@compiled
 def _flowing(signal: Floats, pull: float, bend: float) -> Floats:
     """(samples,) how far ``signal`` u is ahead: ds = du - pull bend sinh(s / bend) per sample,
     exact while it rests."""
-    ahead = np.empty_like(signal)
-    kept, s, before = exp(-pull), 0.0, signal[0]
-    for k in range(len(signal)):
-        s += signal[k] - before
-        before = signal[k]
-        s = 2.0 * bend * atanh(tanh(0.5 * s / bend) * kept)
-        ahead[k] = s
+    pushes = np.tanh(0.5 * np.diff(signal, prepend=signal[0]) / bend)
+    ahead: Floats = 2.0 * bend * np.arctanh(_given_way(pushes, float(np.exp(-pull))))
     return ahead
+
+
+@compiled
+def _given_way(pushes: Floats, kept: float) -> Floats:
+    """(samples,) tanh(s / (2 bend)), of which so much is ``kept`` from sample to sample; ``pushes``
+    are the same of du alone."""
+    output = np.empty_like(pushes)
+    y = 0.0
+    for k in range(len(pushes)):
+        y = kept * (y + pushes[k]) / (1.0 + y * pushes[k])
+        output[k] = y
+    return output
 
 
 def _hasty(nominal: Nominal, haste: float, taus: Sequence[float], grows: float = 0.0) -> Floats:
