@@ -34,6 +34,7 @@ from softsense.diagnose.variance import (
     evident,
     findings,
     jerky,
+    moved_by,
     noise_beside,
 )
 from softsense.diagnose.walk import innovations, likely_gain
@@ -286,6 +287,19 @@ def test_a_fast_circuit_is_not_the_materials_fastest_part() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
     assert found == {"lag": ["s1", "s2", "s3"], "relaxation": ["s1", "s2", "s3", "s4"]}
+
+
+def test_a_curve_that_is_steep_where_it_is_rarely_met_is_the_converters_alone() -> None:
+    x, codes = clean(69)
+    made = codes.copy()
+    for c in range(3):
+        low, high = codes[np.argmin(x), c], codes[np.argmax(x), c]
+        share = (codes[:, c] - low) / (high - low)
+        bent = np.polynomial.chebyshev.chebval(2.0 * share - 1.0, [0, 0, 0, -0.3, 0.6, -1.2, -1.8])
+        made[:, c] += 25.0 * bent
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("adc_nonlinearity",)
+    assert result.data["unexplained"]["share"] < 0.003
 
 
 def test_unequal_capacitors_are_neither_noise_nor_unknown() -> None:
@@ -879,6 +893,30 @@ def test_a_strain_that_no_play_or_delay_says_is_unknown(rings: bool) -> None:
     assert result.data["unexplained"]["unknown_effect"]
 
 
+@pytest.mark.parametrize("leaks_s", [0.02, 0.12])
+def test_a_charge_that_the_motion_makes_is_unknown(leaks_s: float) -> None:
+    """It goes with the signed strain rate, which no effect does, though some of them nearly."""
+    x, codes = clean(64)
+    kept = np.exp(-1.0 / (RATE_HZ * leaks_s))
+    charge = lfilter([1.0 - kept], [1.0, -kept], np.gradient(x) * RATE_HZ)
+    made = codes.copy()
+    made[:, :3] += 12.0 * (charge / charge.std())[:, None] * [1.0, -0.7, 1.2]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ()
+    assert result.data["unexplained"]["unknown_effect"]
+
+
+def test_a_fold_that_lies_the_other_way_each_time_is_unknown() -> None:
+    """It wanders as slowly as a walk or a temperature, and only while the strain moves."""
+    x, codes = clean(66)
+    side = 1.0 - 2.0 * (np.cumsum(np.diff(x < 0.3, prepend=False)) // 2 % 2)
+    made = codes.copy()
+    made[:, 1:3] += (60.0 * side * np.maximum(x - 0.3, 0.0) ** 2)[:, None] * [1.0, 0.6]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ()
+    assert result.data["unexplained"]["unknown_effect"]
+
+
 def test_a_part_that_relaxes_at_another_pace_is_retuned() -> None:
     x, codes = clean(42)
 
@@ -1329,6 +1367,28 @@ def test_a_tone_in_pulses_whose_phase_wanders_is_no_spikes() -> None:
     assert [(each.name, each.channels) for each in found] == [("interference", (2,))]
     assert np.std(cleaned(left, found, motion)[:, 2]) < 2.0
     assert noise_beside(cleaned(left, found, motion), found) == pytest.approx(np.ones(4), abs=0.2)
+
+
+def test_a_tone_with_edges_leaves_none() -> None:
+    """A relay's, whose edges are between other samples each time."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(9)
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += 15.0 * np.sign(np.sin(2 * np.pi * 5.578 * 0.05 * np.arange(len(codes)) + 1.0))
+    motion = motion_of(x, 0.05, 0.0, None)
+    found = findings(left, left, rng.normal(size=codes.shape), motion, False)
+    assert [(each.name, each.channels) for each in found] == [("interference", (1,))]
+    assert np.std(cleaned(left, found, motion)[:, 1]) < 1.1
+
+
+def test_a_walk_does_not_heed_the_motion() -> None:
+    x, _ = clean(9, 8000)
+    rng = np.random.default_rng(10)
+    speed = np.abs(np.gradient(x))
+    noise, moves = rng.normal(size=(2, 8000))
+    assert not moved_by(noise + np.cumsum(0.3 * moves), speed)
+    assert moved_by(noise + np.cumsum(0.3 * moves * speed / speed.mean()), speed)
+    assert moved_by(noise + np.cumsum(moves * (speed < np.median(speed))), speed)
 
 
 def test_spikes_that_ring_for_long_are_spikes() -> None:

@@ -21,7 +21,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
-from softsense.diagnose.vetting import REMAINING_ALONE, Vetted, left_share, walks_of
+from softsense.diagnose.vetting import REMAINING_ALONE, Vetted, left_share, signed, walks_of
 from softsense.diagnose.walk import without_slow
 from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
@@ -120,7 +120,7 @@ def tell(
     unspoken = not found or minor or (edges and bool(best.names))
     unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
-    unknown = unknown or checked.strained_otherwise
+    unknown = unknown or checked.strained_otherwise or signed(channels, best)
     if unknown or jerky:
         best = replace(best, names=frozenset())
     if unknown:

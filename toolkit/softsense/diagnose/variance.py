@@ -102,6 +102,8 @@ STRETCH = 32_768
 TONES_S = (20.0, 7.0, 2.5, 1.2)
 TONE_PERIODS = 4.0
 TONE_PRICE = 24.0
+# So many samples of nearly one phase make a tone of any shape.
+FOLD = 31
 # What a spike that is left costs, in noise variances: pulses that are not followed leave some.
 SHARP_PRICE = 100.0
 HARMONICS = 40
@@ -151,6 +153,12 @@ FEW_MOVES = 30
 # The autocorrelation of these moves, so many later, of what swings back.
 SWINGING = -0.3
 SWINGS = range(2, 11)
+# The power of the moves of a walk while the strain is fast over that while it is slow: of no walk
+# above the one, over a second, nor below the other, over so many samples.
+HURRIED, HURRIED_SAMPLES = 5.0, 20
+AT_REST, AT_REST_SAMPLES = 0.1, 5
+# What of the noise in such moves is not known.
+NOISE_LEFT = 0.1
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
 JUMPY = 10.0
 COLOURED = 0.3
@@ -607,10 +615,34 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
                 # Spikes, which a tone hid, are no reason for a shorter time.
                 plain = _unspiked(rest)
                 changes = TONE_PRICE * dt_s / window_s + SWITCH_PRICE * times / len(signal)
-                sharp = SHARP_PRICE * float(_spikes(rest).mean())
-                price = (changes * waves + sharp) * float(noise_rms(plain[:, None])[0]) ** 2
-                made.append((float(np.var(plain)) + price, rest))
+                made.append((_left_of(rest, plain, changes * waves), rest))
+            # All its harmonics at once, where it keeps time.
+            rest = _folded(signal, turns, dt_s, on)
+            changes = (SWITCH_PRICE * times + TONE_PRICE) / len(signal) + 2.0 / FOLD
+            made.append((_left_of(rest, _unspiked(rest), changes), rest))
     return min(made, key=lambda one: one[0])[1]
+
+
+def _left_of(rest: Floats, plain: Floats, changes: float) -> float:
+    """Variance of ``rest`` (samples,), which is ``plain`` without its spikes, with a price for a
+    tone's ``changes``, in noise variances, and for what is still sharp."""
+    sharp = SHARP_PRICE * float(_spikes(rest).mean())
+    noise = float(noise_rms(plain[:, None])[0])
+    return float(np.var(plain)) + (changes + sharp) * noise**2
+
+
+def _folded(signal: Floats, turns: Complex, dt_s: float, on: Floats) -> Floats:
+    """``signal`` without what comes again with each of the ``turns`` (samples,) while it is ``on``,
+    whatever its shape: the median of what is at nearly the same phase."""
+    wave = _wave(signal, turns, dt_s, TONES_S[0], on)
+    turned = np.unwrap(np.angle(_size(wave, turns, dt_s, TONES_S[0], on) * turns))
+    times = np.arange(len(signal))
+    steady = np.polyval(np.polyfit(times, turned, 1, w=on), times)
+    order = np.argsort(steady % (2.0 * np.pi))
+    order = order[on[order] > 0.0]
+    shape, rest = median_filter(signal[order], FOLD, mode="wrap"), signal.copy()
+    rest[order] -= shape - shape.mean()
+    return rest
 
 
 def _without_harmonics(
@@ -874,6 +906,31 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
     return swinging or max(np.abs(echoes)) > COLOURED * float(news @ news)
+
+
+def moved_by(walk: Floats, speed: Floats) -> bool:
+    """Whether what wanders does so while the strain moves, or while it does not: a walk does not
+    heed its ``speed`` (samples,)."""
+    return (
+        _hurry(walk, speed, HURRIED_SAMPLES) > HURRIED
+        or _hurry(walk, speed, AT_REST_SAMPLES) < AT_REST
+    )
+
+
+def _hurry(walk: Floats, speed: Floats, samples: int) -> float:
+    """Mean square of the moves of ``walk`` over so many ``samples`` where the ``speed`` is in its
+    upper quarter, over the same in its lower one, noise apart."""
+    means = [x[: len(x) // samples * samples].reshape(-1, samples).mean(axis=1) for x in (walk, speed)]
+    moves, along = np.diff(means[0]) ** 2, 0.5 * (means[1][1:] + means[1][:-1])
+    noise = np.diff(walk, 2) ** 2 / 6.0 * (2.0 / samples)
+    ends = [(x <= np.quantile(x, 0.25), x >= np.quantile(x, 0.75)) for x in (along, speed[1:-1])]
+    noises = [float(noise[part].mean()) for part in ends[1]]
+    least = NOISE_LEFT * min(noises)
+    slow, fast = (
+        max(float(moves[part].mean()) - of_noise, least)
+        for part, of_noise in zip(ends[0], noises, strict=True)
+    )
+    return fast / slow
 
 
 def _gaussian(values: Floats, most: float) -> bool:

@@ -30,6 +30,7 @@ from softsense.diagnose.search import (
 )
 from softsense.diagnose.walk import innovations, without_slow
 from softsense.effects import all_effects
+from softsense.effects.overshoot import SIGNED
 
 Floats = NDArray[np.float64]
 
@@ -62,6 +63,8 @@ MOVED_LEAVES = 0.1
 # And is not looked for again where it leaves no more than this.
 MOVED_RIGHT = 0.002
 FAR_WORSE = 3.0
+# What motion breaks is alike both ways, up to this share of it.
+ONE_SIGN = 0.1
 
 
 @dataclass(frozen=True)
@@ -82,7 +85,8 @@ def vetted(
     strain that is the same for all channels says the gap as well."""
     named = [made for made in models if WALK not in made.names]
     if WALK in models[0].names and len(models[0].names) > 1:
-        models = by_price([weighed(channels, _calm(channels, models[0])), *named])
+        steady = _steady(channels, models[0])
+        models = by_price([weighed(channels, _calm(channels, steady)), *named])
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
     # What only a slow effect would have in place of a walk is one where that leaves much.
@@ -144,6 +148,23 @@ def walks_of(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Fl
     return found
 
 
+def signed(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether what the model takes for ``overshoot``, and nothing else, has one sign on the way up
+    and the other one on the way down, where most of it is: a charge or a force goes so with the
+    strain rate, which no effect does, and not what motion breaks."""
+    if best.names != {"overshoot"}:
+        return False
+    of_sign, all_of_it = 0.0, 0.0
+    for channel, fit in zip(channels, best.fits, strict=True):
+        for pick, weights in channel.weighted(fit):
+            size = float(((channel.columns(pick) @ weights) ** 2).sum()) / channel.sigma**2
+            cancels = abs(float(weights.sum())) < ONE_SIGN * float(np.abs(weights).sum())
+            candidate = channel.entries[pick[0]][pick[1]].candidate
+            of_sign += size * (candidate.form == SIGNED or (candidate.parallel and cancels))
+            all_of_it += size
+    return of_sign > 0.5 * all_of_it
+
+
 def _alike(channels: Sequence[Channel], best: Model, slow: bool) -> bool:
     """Whether what the walks' past does not foresee goes together on several channels; much so
     where else only what is ``slow`` would say it.
@@ -193,8 +214,10 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
     walk = channel.residual - channel.predicted(fit)
     where = np.ones(len(walk), dtype=bool)
     moved = bool(best.names & moving())
+    speed = np.abs(np.gradient(channel.nominal.strain))
+    if best.names == {WALK} and variance.moved_by(walk, speed):
+        return True
     if moved:
-        speed = np.abs(np.gradient(channel.nominal.strain))
         where &= speed <= np.median(speed)
     if "step" in said:
         jump = int(np.argmax(np.abs(np.diff(said["step"]))))
@@ -207,12 +230,28 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
 def _calm(channels: Sequence[Channel], made: Model) -> Model:
     """The same without a walk on those of several channels where it goes in jumps or bumps: there
     it is what another effect leaves."""
-    fits = list(made.fits)
-    for number in made.channels_of(WALK):
-        if _jerky_on(channels, made, number):
-            fits[number] = channels[number].within(made.names - {WALK})
-    calm = priced(channels, tuple(fits))
+    rough = [c for c in made.channels_of(WALK) if _jerky_on(channels, made, c)]
+    calm = _without_walk(channels, made, rough)
     return calm if WALK in calm.names else made
+
+
+def _steady(channels: Sequence[Channel], made: Model) -> Model:
+    """The same without a walk that comes and goes as the strain moves where the other effects say
+    nearly all: it is what they leave."""
+    left_over = []
+    for channel, walk in walks_of(channels, made):
+        without = channel.within(made.names - {WALK})
+        nearly = channel.left(without) < REMAINING_ALONE * channel.excess
+        if nearly and variance.moved_by(walk, np.abs(np.gradient(channel.nominal.strain))):
+            left_over.append(channel.nominal.channel)
+    return _without_walk(channels, made, left_over)
+
+
+def _without_walk(channels: Sequence[Channel], made: Model, numbers: Sequence[int]) -> Model:
+    fits = list(made.fits)
+    for number in numbers:
+        fits[number] = channels[number].within(made.names - {WALK})
+    return priced(channels, tuple(fits)) if numbers else made
 
 
 def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.polynomial.chebyshev import chebvander
 from scipy.ndimage import gaussian_filter1d
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
+# Orders of a polynomial over the span of a signal.
+ORDERS = (4, 7)
 # Taps of a converter's string of resistors, over the span of a signal.
 RUNGS = 12
 # The same for what is off in every step of a coarse converter.
@@ -50,12 +53,17 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A bow and an S over the converter's range, alone and together; uneven taps, steps, bits."""
     q = np.pi * nominal.u / nominal.full_scale
+    share = 2.0 * np.clip(nominal.share, 0.0, 1.0) - 1.0
     wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
     return [
         Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
         Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
+        *(
+            Candidate(chebvander(share, order)[:, 2:] * nominal.span, {}, "polynomial", pliable=True)
+            for order in ORDERS
+        ),
         Candidate(
             _ladder(nominal, RUNGS),
             {},

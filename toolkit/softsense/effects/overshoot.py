@@ -26,6 +26,9 @@ BREAKS = (1.0, 3.0, 9.0)
 # What the network takes to break, where that is not at once, and powers of the strain rate.
 LATE_S = 0.16
 LATE_POWERS = (0.75, 1.0, 1.4)
+# What goes with the strain rate and its sign, as a charge does: no overshoot, and offered to be told
+# from what is one.
+SIGNED = "signed"
 # A slower dashpot is what relaxes.
 SLOWEST_DASHPOT_S = 1.5
 
@@ -176,8 +179,9 @@ def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
             continue
         # What of the strain a dashpot has not followed yet.
         behind = low_pass(nominal.strain[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
-        columns = _ways(nominal.strain - behind)[nominal.keep] * nominal.span
-        result.append(Candidate(columns, {"tau_s": tau_s}, "viscous", parallel=True))
+        force = (nominal.strain - behind)[nominal.keep] * nominal.span
+        result.append(Candidate(_ways(force), {"tau_s": tau_s}, "viscous", parallel=True))
+        result.append(Candidate(force[:, None], {"tau_s": tau_s}, SIGNED))
     return result
 
 
