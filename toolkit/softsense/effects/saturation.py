@@ -19,7 +19,7 @@ ENDS = ("level", "bottom")
 # How far inside the signal's range a second rail may be, as shares of it.
 INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
 # What of the signal comes through beyond a rail.
-THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2)
+THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2, 0.27, 0.35, 0.45)
 
 
 def simulate(
