@@ -289,6 +289,25 @@ def test_a_fast_circuit_is_not_the_materials_fastest_part() -> None:
     assert found == {"lag": ["s1", "s2", "s3"], "relaxation": ["s1", "s2", "s3", "s4"]}
 
 
+def test_loud_noise_spreads_the_edges_of_a_converter() -> None:
+    """Some heavy bits weigh wrong, and noise of so many codes is there before they are set."""
+    x, codes = clean(70)
+    motion = motion_of(x, 0.05, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[1]
+    wrong = np.zeros(12)
+    wrong[6:10] = 8.0, -14.0, 25.0, -18.0
+    for noise in (0.5, 2.5, 4.5):
+        met = np.random.default_rng(3).normal(codes[:, 1], noise, (400, len(x)))
+        off = ((np.rint(met).astype(np.int64)[..., None] >> np.arange(12) & 1) @ wrong).mean(axis=0)
+        left = [
+            np.var(off - made.columns @ np.linalg.lstsq(made.columns, off)[0]) / np.var(off)
+            for made in all_effects()["adc_nonlinearity"].explain(nominal)
+            if made.form == "bits"
+        ]
+        assert min(left) < 0.001
+
+
 def test_a_curve_that_is_steep_where_it_is_rarely_met_is_the_converters_alone() -> None:
     x, codes = clean(69)
     made = codes.copy()

@@ -21,7 +21,7 @@ TEETH = 96
 BITS = range(4, 12)
 FINE_BITS = range(2, 12)
 # Over so many codes (rms) noise spreads where a bit goes on, or the next coarse step begins.
-QUIET, NOISY = 0.6, 2.5
+SPREADS = (0.6, 2.5, 4.5)
 # The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
 MARGIN = 0.05
 LARGEST = 0.15
@@ -82,8 +82,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
             largest=LARGEST,
             straight=True,
         ),
-        *_edged(nominal, QUIET),
-        *_edged(nominal, NOISY),
+        *(candidate for noise in SPREADS for candidate in _edged(nominal, noise)),
         *_lost(nominal),
     ]
 
