@@ -920,17 +920,19 @@ def moved_by(walk: Floats, speed: Floats) -> bool:
 def _hurry(walk: Floats, speed: Floats, samples: int) -> float:
     """Mean square of the moves of ``walk`` over so many ``samples`` where the ``speed`` is in its
     upper quarter, over the same in its lower one, noise apart."""
-    means = [x[: len(x) // samples * samples].reshape(-1, samples).mean(axis=1) for x in (walk, speed)]
-    moves, along = np.diff(means[0]) ** 2, 0.5 * (means[1][1:] + means[1][:-1])
-    noise = np.diff(walk, 2) ** 2 / 6.0 * (2.0 / samples)
-    ends = [(x <= np.quantile(x, 0.25), x >= np.quantile(x, 0.75)) for x in (along, speed[1:-1])]
-    noises = [float(noise[part].mean()) for part in ends[1]]
+    whole = len(walk) // samples * samples
+    means, paces = (x[:whole].reshape(-1, samples).mean(axis=1) for x in (walk, speed))
+    moves, along = np.diff(means) ** 2, 0.5 * (paces[1:] + paces[:-1])
+    noise, there = np.diff(walk, 2) ** 2 / 6.0 * (2.0 / samples), speed[1:-1]
+
+    def ends(square: Floats, pace: Floats) -> tuple[float, float]:
+        low, high = np.quantile(pace, [0.25, 0.75])
+        return float(square[pace <= low].mean()), float(square[pace >= high].mean())
+
+    noises = ends(noise, there)
     least = NOISE_LEFT * min(noises)
-    slow, fast = (
-        max(float(moves[part].mean()) - of_noise, least)
-        for part, of_noise in zip(ends[0], noises, strict=True)
-    )
-    return fast / slow
+    slow, fast = np.maximum(np.subtract(ends(moves, along), noises), least).tolist()
+    return float(fast / slow)
 
 
 def _gaussian(values: Floats, most: float) -> bool:

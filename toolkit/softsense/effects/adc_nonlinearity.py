@@ -51,9 +51,11 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """A bow and an S over the converter's range, alone and together; uneven taps, steps, bits."""
+    """A bow and an S over the converter's range, alone and together; a polynomial over what is met
+    of it; uneven taps, steps, bits."""
     q = np.pi * nominal.u / nominal.full_scale
     share = 2.0 * np.clip(nominal.share, 0.0, 1.0) - 1.0
+    polynomial: Floats = chebvander(share, max(ORDERS)) * nominal.span
     wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
     return [
         Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
@@ -61,7 +63,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
         *(
-            Candidate(chebvander(share, order)[:, 2:] * nominal.span, {}, "polynomial", pliable=True)
+            Candidate(polynomial[:, 2 : order + 1], {}, "polynomial", pliable=True)
             for order in ORDERS
         ),
         Candidate(

@@ -26,8 +26,8 @@ BREAKS = (1.0, 3.0, 9.0)
 # What the network takes to break, where that is not at once, and powers of the strain rate.
 LATE_S = 0.16
 LATE_POWERS = (0.75, 1.0, 1.4)
-# What goes with the strain rate and its sign, as a charge does: no overshoot, and offered to be told
-# from what is one.
+# What goes with the strain rate and its sign, as a charge does: no overshoot, and offered only to
+# be told from it.
 SIGNED = "signed"
 # A slower dashpot is what relaxes.
 SLOWEST_DASHPOT_S = 1.5
