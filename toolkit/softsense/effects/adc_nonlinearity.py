@@ -55,7 +55,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     of it; uneven taps, steps, bits."""
     q = np.pi * nominal.u / nominal.full_scale
     share = 2.0 * np.clip(nominal.share, 0.0, 1.0) - 1.0
-    polynomial: Floats = chebvander(share, max(ORDERS)) * nominal.span
+    polynomial = np.asarray(chebvander(share, max(ORDERS)), dtype=np.float64) * nominal.span
     wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
     return [
         Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
