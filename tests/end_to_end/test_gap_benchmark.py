@@ -73,3 +73,12 @@ def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
             assert tuple(np.flatnonzero(changed)) == (() if name == "noise" else case.truth[name])
     again = liquid.make(3, ("gain",), "typical")
     assert np.array_equal(again.real.codes, liquid.make(3, ("gain",), "typical").real.codes)
+    strange = sys.modules["strange"]
+    for name in strange.FOREIGN:
+        case = strange.make(3, (name,), "rich")
+        assert case.real.codes.shape == (benchmark.SAMPLES, len(case.floors))
+        assert tuple(np.flatnonzero(case.change.std(axis=0) > 0.0)) == case.truth[name]
+    again = strange.make(3, ("yarn_snag",), "rich")
+    assert np.array_equal(again.real.codes, strange.make(3, ("yarn_snag",), "rich").real.codes)
+    with pytest.raises(ValueError, match="solder_crack"):
+        strange.make(3, ("gain",), "rich")
