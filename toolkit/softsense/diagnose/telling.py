@@ -96,8 +96,9 @@ def tell(
 
     ``nameless``: something without a mean was found beside ``found``, which shall not be known.
     """
-    models, jerky = checked.models, checked.jerky
-    best = models[0]
+    best, jerky = checked.models[0], checked.jerky
+    # What goes with the signed rate is no overshoot: that is no rival either.
+    models = [made for made in checked.models if made is best or not signed(channels, made)]
     rng = np.random.default_rng(seed)
     names = sim.sensors
     raw = real.codes.astype(np.float64) - sim.codes

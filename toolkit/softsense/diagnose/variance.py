@@ -102,8 +102,11 @@ STRETCH = 32_768
 TONES_S = (20.0, 7.0, 2.5, 1.2)
 TONE_PERIODS = 4.0
 TONE_PRICE = 24.0
-# So many samples of nearly one phase make a tone of any shape.
-FOLD = 31
+# So many samples of nearly one phase make a tone of any shape, and so many may be of another side
+# of an edge of it.
+FOLD, EDGE = 31, 7
+# Samples whose mean is slow beside it.
+SLOWER = 21
 # What a spike that is left costs, in noise variances: pulses that are not followed leave some.
 SHARP_PRICE = 100.0
 HARMONICS = 40
@@ -604,6 +607,7 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     made = []
     for on, times in [always, switched] if switched[1] else [always]:
         for turns in (_turns(course, len(signal), dt_s) for course in courses):
+            as_waves = []
             for window_s in TONES_S:
                 if window_s * frequency < TONE_PERIODS:
                     continue
@@ -612,36 +616,45 @@ def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
                     rest = rest - _wave(rest, turns, dt_s, window_s, on)
                 wave = signal - rest
                 rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
-                # Spikes, which a tone hid, are no reason for a shorter time.
-                plain = _unspiked(rest)
                 changes = TONE_PRICE * dt_s / window_s + SWITCH_PRICE * times / len(signal)
-                made.append((_left_of(rest, plain, changes * waves), rest))
-            # All its harmonics at once, where it keeps time.
-            rest = _folded(signal, turns, dt_s, on)
-            changes = (SWITCH_PRICE * times + TONE_PRICE) / len(signal) + 2.0 / FOLD
-            made.append((_left_of(rest, _unspiked(rest), changes), rest))
+                as_waves.append((_left_of(rest, changes * waves), rest))
+            made += as_waves
+            if not as_waves or as_waves[0] is not min(as_waves, key=lambda one: one[0]):
+                continue
+            # It keeps time: all its harmonics at once. What is slow would fold, too.
+            slow = uniform_filter1d(as_waves[0][1], SLOWER)
+            if np.var(slow) < np.var(signal - as_waves[0][1]):
+                rest = slow + _folded(signal - slow, turns, dt_s, on)
+                changes = (SWITCH_PRICE * times + TONE_PRICE) / len(signal) + 2.0 / FOLD
+                made.append((_left_of(rest, changes), rest))
     return min(made, key=lambda one: one[0])[1]
 
 
-def _left_of(rest: Floats, plain: Floats, changes: float) -> float:
-    """Variance of ``rest`` (samples,), which is ``plain`` without its spikes, with a price for a
-    tone's ``changes``, in noise variances, and for what is still sharp."""
-    sharp = SHARP_PRICE * float(_spikes(rest).mean())
+def _left_of(rest: Floats, changes: float) -> float:
+    """Variance of ``rest`` (samples,) with a price for a tone's ``changes``, in noise variances,
+    and for what is still sharp."""
+    # Spikes, which a tone hid, are no reason for a shorter time.
+    plain = _unspiked(rest)
     noise = float(noise_rms(plain[:, None])[0])
+    sharp = SHARP_PRICE * float(_spikes(rest).mean())
     return float(np.var(plain)) + (changes + sharp) * noise**2
 
 
 def _folded(signal: Floats, turns: Complex, dt_s: float, on: Floats) -> Floats:
     """``signal`` without what comes again with each of the ``turns`` (samples,) while it is ``on``,
     whatever its shape: the median of what is at nearly the same phase."""
-    wave = _wave(signal, turns, dt_s, TONES_S[0], on)
-    turned = np.unwrap(np.angle(_size(wave, turns, dt_s, TONES_S[0], on) * turns))
+    size = _size(signal, turns, dt_s, TONES_S[0], on)
     times = np.arange(len(signal))
-    steady = np.polyval(np.polyfit(times, turned, 1, w=on), times)
-    order = np.argsort(steady % (2.0 * np.pi))
+    late = np.polyval(np.polyfit(times, np.unwrap(np.angle(size)), 1, w=on), times)
+    order = np.argsort((np.angle(turns) + late) % (2.0 * np.pi))
     order = order[on[order] > 0.0]
-    shape, rest = median_filter(signal[order], FOLD, mode="wrap"), signal.copy()
-    rest[order] -= shape - shape.mean()
+    there, rest = signal[order], signal.copy()
+    shape = median_filter(there, FOLD, mode="wrap")
+    # At an edge a sample is of the side that it is closer to: nobody knows the phase so well.
+    low, high = (each(shape, EDGE, mode="wrap") for each in (minimum_filter1d, maximum_filter1d))
+    edge = high - low > SPIKE_SIGMA * 1.4826 * float(np.median(np.abs(there - shape)))
+    side = np.where(there - low < high - there, low, high)
+    rest[order] -= np.where(edge, side, shape) - shape.mean()
     return rest
 
 
