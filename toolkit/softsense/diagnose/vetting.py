@@ -214,7 +214,7 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
     walk = channel.residual - channel.predicted(fit)
     where = np.ones(len(walk), dtype=bool)
     moved = bool(best.names & moving())
-    speed = np.abs(np.gradient(channel.nominal.strain))
+    speed = np.abs(channel.nominal.rate)
     if best.names == {WALK} and variance.moved_by(walk, speed):
         return True
     if moved:
@@ -242,12 +242,13 @@ def _steady(channels: Sequence[Channel], made: Model) -> Model:
     for channel, walk in walks_of(channels, made):
         without = channel.within(made.names - {WALK})
         nearly = channel.left(without) < REMAINING_ALONE * channel.excess
-        if nearly and variance.moved_by(walk, np.abs(np.gradient(channel.nominal.strain))):
+        if nearly and variance.moved_by(walk, np.abs(channel.nominal.rate)):
             left_over.append(channel.nominal.channel)
     return _without_walk(channels, made, left_over)
 
 
 def _without_walk(channels: Sequence[Channel], made: Model, numbers: Sequence[int]) -> Model:
+    """The same without a walk on channels of these ``numbers``."""
     fits = list(made.fits)
     for number in numbers:
         fits[number] = channels[number].within(made.names - {WALK})
