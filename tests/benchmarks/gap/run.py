@@ -243,6 +243,8 @@ def main() -> int:
     args = parser.parse_args()
     groups = jobs(args.half, args.cases)
     if args.half == "strange":
+        if args.only not in (None, "foreign"):
+            parser.error(f"strange has only foreign cases, and none of {args.only!r}")
         args.only = "foreign"
     if args.only:
         groups = {args.only: groups[args.only]}

@@ -165,7 +165,8 @@ def _late(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
 
 def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
-    """More of one direction than of the other: what each breaks, or a dashpot's force does."""
+    """More of one direction than of the other: what each breaks, or what a dashpot does; and its
+    force with its sign."""
     ways = _ways(nominal.rate)
     sides = {}
     for tau_s in dict.fromkeys((*taus_s, *(tau for taus in LADDERS_S for tau in taus))):
