@@ -155,7 +155,10 @@ def _codes(nominal: Nominal) -> Floats:
 def _spread(nominal: Nominal, codes: Floats, made: Floats, noise: float) -> Floats:
     """(samples, p) of what is ``made`` (codes, p) where noise (rms, codes) is on the signal."""
     mean = gaussian_filter1d(made, noise, axis=0, mode="nearest")
-    return np.stack([np.interp(nominal.u, codes, each) for each in mean.T], axis=1)
+    over = np.maximum(nominal.u - codes[0], 0.0)
+    below = np.minimum(over.astype(np.intp), len(codes) - 2)
+    here: Floats = mean[below] + (over - below)[:, None] * (mean[below + 1] - mean[below])
+    return here
 
 
 def _subranging(nominal: Nominal, noise: float) -> list[Candidate]:

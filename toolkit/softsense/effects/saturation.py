@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -66,8 +67,7 @@ def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
     for level in levels.tolist():
         for knee in knees.tolist():
             values = {"level": level / nominal.full_scale, "knee": knee / nominal.full_scale}
-            column = -_beyond(nominal.u - level, knee)[:, None]
-            result.append(Candidate(column, values, fixed=True))
+            result.append(Candidate(partial(_cut, nominal, level, knee, -1.0), values, fixed=True))
     return result
 
 
@@ -76,27 +76,32 @@ def _lower(nominal: Nominal, bottoms: Floats, knees: Floats) -> list[Candidate]:
     for bottom in bottoms.tolist():
         for knee in knees.tolist():
             values = {"bottom": bottom / nominal.full_scale, "knee": knee / nominal.full_scale}
-            column = _beyond(bottom - nominal.u, knee)[:, None]
-            result.append(Candidate(column, values, "lower_rail", fixed=True))
+            made = partial(_cut, nominal, bottom, knee, 1.0)
+            result.append(Candidate(made, values, "lower_rail", fixed=True))
     return result
 
 
-def _beyond(over: Floats, knee: float) -> Floats:
-    """(samples,) what is ``over`` a rail, and more of it the closer it comes within a ``knee``."""
-    cut: Floats = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
-    return cut
+def _cut(nominal: Nominal, end: float, knee: float, way: float) -> Floats:
+    """(samples, 1) what a rail takes off above it (``way`` -1) or adds below it (1); and more of it
+    the closer the signal comes within a ``knee``."""
+    over = way * (end - nominal.u)
+    cut = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
+    return way * cut[:, None]
 
 
 def _between(nominal: Nominal, levels: Floats, knees: Floats, bottoms: Floats) -> list[Candidate]:
     """What is cut off above a level and below another one."""
     result = []
-    for bottom in bottoms:
-        below = np.maximum(bottom - nominal.u, 0.0)[:, None]
+    for below in _lower(nominal, bottoms, np.zeros(1)):
         for above in _traces(nominal, levels, knees):
-            values = {**above.values, "bottom": float(bottom / nominal.full_scale)}
-            columns = above.columns + below
-            result.append(Candidate(columns, values, "both_rails", fixed=True))
+            values = {**above.values, "bottom": below.values["bottom"]}
+            both = partial(_both, above, below)
+            result.append(Candidate(both, values, "both_rails", fixed=True))
     return result
+
+
+def _both(above: Candidate, below: Candidate) -> Floats:
+    return above.columns + below.columns
 
 
 EFFECT = Effect(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -61,11 +62,16 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
     result = []
     for onset_s in onsets_s:
-        after = (nominal.time_s >= onset_s) * nominal.span
         values = {"onset_s": float(onset_s)}
-        result.append(Candidate(after[:, None], values))
-        result.append(Candidate(np.stack([after, after * nominal.share], axis=1), values))
+        for order in (0, 1):
+            result.append(Candidate(partial(_after, nominal, onset_s, order), values))
     return result
+
+
+def _after(nominal: Nominal, onset_s: float, order: int) -> Floats:
+    """(samples, order + 1) a polynomial of the signal from an instant on."""
+    after = (nominal.time_s >= onset_s) * nominal.span
+    return after[:, None] * np.vander(nominal.share, order + 1, increasing=True)
 
 
 def _healing(
@@ -74,47 +80,59 @@ def _healing(
     """An offset that heals in part, behind a curve of this ``slope``."""
     result = []
     for onset_s in onsets_s:
-        since = nominal.time_s - onset_s
-        after = (since >= 0.0) * nominal.span
         for tau_s in times_s:
-            healed = after * np.exp(-np.maximum(since, 0.0) / tau_s)
             values = {"onset_s": float(onset_s), "tau_s": float(tau_s)}
-            columns = np.stack([after * slope, healed * slope], axis=1)
-            result.append(Candidate(columns, values, "healing"))
+            made = partial(_healed, nominal, onset_s, tau_s, slope)
+            result.append(Candidate(made, values, "healing"))
     return result
+
+
+def _healed(nominal: Nominal, onset_s: float, tau_s: float, slope: Floats | float) -> Floats:
+    """(samples, 2) what is there from an instant on, and what of it has not healed yet."""
+    since = nominal.time_s - onset_s
+    after = (since >= 0.0) * nominal.span * slope
+    return np.stack([after, after * np.exp(-np.maximum(since, 0.0) / tau_s)], axis=1)
 
 
 def _tearing(nominal: Nominal, middles_s: Floats) -> list[Candidate]:
     result = []
     for middle_s in middles_s:
         for lasts_s in TEARING_S:
-            onset_s = middle_s - lasts_s / 2.0
-            torn = np.clip((nominal.time_s - onset_s) / lasts_s, 0.0, 1.0) * nominal.span
-            values = {"onset_s": float(onset_s), "lasts_s": lasts_s}
-            columns = np.stack([torn, torn * nominal.share], axis=1)
-            result.append(Candidate(columns, values, "tearing"))
+            onset_s = float(middle_s - lasts_s / 2.0)
+            made = partial(_torn, nominal, onset_s, lasts_s)
+            values = {"onset_s": onset_s, "lasts_s": lasts_s}
+            result.append(Candidate(made, values, "tearing"))
     return result
+
+
+def _torn(nominal: Nominal, onset_s: float, lasts_s: float) -> Floats:
+    """(samples, 2) what comes little by little, and that times the signal."""
+    torn = np.clip((nominal.time_s - onset_s) / lasts_s, 0.0, 1.0) * nominal.span
+    return np.stack([torn, torn * nominal.share], axis=1)
 
 
 def _bent(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
     """A crack in series, say: behind a divider it bends the curve."""
-    result = []
-    for onset_s in onsets_s:
-        after = (nominal.time_s >= onset_s) * nominal.span
-        columns = after[:, None] * nominal.share[:, None] ** np.arange(3)
-        result.append(Candidate(columns, {"onset_s": float(onset_s)}, "bent"))
-    return result
+    return [
+        Candidate(partial(_after, nominal, onset_s, 2), {"onset_s": float(onset_s)}, "bent")
+        for onset_s in onsets_s
+    ]
 
 
 def _in_two_blows(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
     result = []
     for onset_s in onsets_s:
-        first = (nominal.time_s >= onset_s) * nominal.span
         for later_s in SECOND_S:
-            second = (nominal.time_s >= onset_s + later_s) * nominal.span
             values = {"onset_s": float(onset_s), "later_s": float(later_s)}
-            result.append(Candidate(np.stack([first, second], axis=1), values, "two_blows"))
+            made = partial(_blows, nominal, (onset_s, onset_s + later_s))
+            result.append(Candidate(made, values, "two_blows"))
     return result
+
+
+def _blows(nominal: Nominal, onsets_s: tuple[float, float]) -> Floats:
+    """(samples, 2) what is there from either instant on."""
+    after = nominal.time_s[:, None] >= np.array(onsets_s)
+    return np.asarray(after * nominal.span, dtype=np.float64)
 
 
 EFFECT = Effect(
