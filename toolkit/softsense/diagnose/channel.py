@@ -12,7 +12,18 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.diagnose.design import COUNTED, Design, Entry, Fit, Group, Key, Pick, Term, further
+from softsense.diagnose.design import (
+    COUNTED,
+    Columns,
+    Design,
+    Entry,
+    Fit,
+    Group,
+    Key,
+    Pick,
+    Term,
+    further,
+)
 from softsense.diagnose.nominal import AVERAGED_NOISE, history_basis, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import (
@@ -227,47 +238,44 @@ class Channel:
     def _entry(
         self, candidate: Candidate, number: int, near: Mapping[str, float] | None, place: str
     ) -> Entry:
-        columns = candidate.columns
-        if len(columns) == len(self.residual) and self._thin.step > 1:
-            # A copy, so that the whole is not kept.
-            columns = columns[self._thin].copy()
+        columns = self._searched(candidate).astype(np.float32, order="F")
         return Entry((), replace(candidate, made=NOTHING), columns, number, near, place)
+
+    def _searched(self, candidate: Candidate) -> Floats:
+        """(searched samples, p) the columns of a candidate."""
+        columns = candidate.columns
+        return columns[self._thin] if len(columns) == len(self.residual) else columns
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
-        columns: dict[str, NDArray[np.floating]] = {}
         static = self.static[self._thin]
         base = np.stack([self.residual[self._thin], np.ones(len(static)), *static.T])
         begin = len(base)
         self.entries: dict[str, list[Entry]] = {}
+        self.groups: dict[str, Group] = {}
         for name, entries in found.items():
             if not entries:
                 continue
-            # What is fitted has noise in its fourth digit: seven are enough, and half the memory.
-            shape = sum(entry.width for entry in entries), len(static)
-            rows = np.empty(shape, dtype=np.float32)
+            rows: list[Columns] = []
             places: dict[float, list[int]] = {}
-            self.entries[name], used = [], 0
+            made: dict[tuple[int, ...], Columns] = {}
+            laid = []
             for entry in entries:
-                at = []
-                for column in entry.columns.T:
-                    row = rows[used]
-                    row[:] = column
+                numbers, columns = [], np.asarray(entry.columns, dtype=np.float32, order="F")
+                for row in columns.T:
                     alike = places.setdefault(float(row @ row), [])
-                    place = next((k for k in alike if np.array_equal(rows[k], row)), used)
-                    if place == used:
-                        alike.append(used)
-                        used += 1
-                    at.append(place)
-                in_a_row = at == list(range(at[0], at[0] + len(at)))
-                laid = rows[at[0] : at[-1] + 1] if in_a_row else rows[at]
-                self.entries[name].append(entry.laid(tuple(begin + k for k in at), laid.T))
-            begin += used
-            columns[name] = rows[:used]
-        self.groups = {name: Group(entries) for name, entries in self.entries.items()}
-        self.design = Design(base, columns, self.groups, together=self._together)
+                    place = next((k for k in alike if np.array_equal(rows[k], row)), len(rows))
+                    if place == len(rows):
+                        alike.append(place)
+                        rows.append(row)
+                    numbers.append(begin + place)
+                at = tuple(numbers)
+                laid.append(entry.laid(at, made.setdefault(at, columns)))
+            begin += len(rows)
+            self.entries[name], self.groups[name] = laid, Group(laid, rows)
+        self.design = Design(base, self.groups, together=self._together)
         # How effects show beside a walk: what the past does not foresee of them.
-        self.walking = Design(base, columns, self.groups, self.gain, self._together)
+        self.walking = Design(base, self.groups, self.gain, self._together)
         self._fits: dict[tuple[tuple[Pick, ...], int], Fit] = {}
         self._prices: dict[int, tuple[Fit, float]] = {}
         self._worths: dict[tuple[tuple[Pick, ...], int, str], tuple[Floats, Floats]] = {}
@@ -347,7 +355,9 @@ class Channel:
         near = {EXACTLY: 1.0, **values}
         made = offered(self._asked(all_effects()[name], nominal), name, near, "")
         number = next((k for k, candidate in enumerate(made) if candidate.form == form), 0)
-        return self._entry(made[number], number, near, "")
+        # As exactly as can be: what a small step does is a difference.
+        columns = self._searched(made[number])
+        return Entry((), replace(made[number], made=NOTHING), columns, number, near, "")
 
     def left_by(self, fit: Fit, picks: Iterable[Pick]) -> Floats:
         """(searched samples,) of the residual that these ``picks`` of a fit and its static part
@@ -367,7 +377,7 @@ class Channel:
         picks = []
         for name, number in fit.picks:
             if name in moved:
-                self.entries[name].append(replace(moved[name], at=()))
+                self.entries[name].append(moved[name].apart())
                 number = len(self.entries[name]) - 1
             picks.append((name, number))
         if tuple(picks) == fit.picks:

@@ -10,7 +10,7 @@ its fit has not seen takes those per block, of every sample of the few columns t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -22,6 +22,8 @@ from softsense.effects import MARKS, Candidate, Nominal
 from softsense.effects.operators import compiled
 
 Floats = NDArray[np.float64]
+# What is fitted has noise in its fourth digit: seven are enough, and half the memory.
+Columns = NDArray[np.float32]
 Pick = tuple[str, int]
 # A candidate as all channels know it: its number, and what it is near.
 Key = tuple[int, tuple[tuple[str, float], ...] | None]
@@ -57,13 +59,13 @@ class Entry:
     # The changed signal that it acts on, where that is not the channel's own.
     nominal: Nominal | None = None
 
-    def laid(self, at: tuple[int, ...], columns: NDArray[np.floating]) -> Entry:
+    def laid(self, at: tuple[int, ...], columns: Columns) -> Entry:
         """The same ``at`` a place in a table, whose ``columns`` these are."""
         return Entry(at, self.candidate, columns, self.number, self.near, self.place, self.nominal)
 
     def apart(self) -> Entry:
-        """The same in no table, which it would keep in memory."""
-        return self.laid((), self.columns.copy())
+        """The same in no table."""
+        return replace(self, at=())
 
     def said(self, weights: Floats) -> Floats:
         """(samples,) of the columns with these weights, as exactly as the columns are."""
@@ -125,8 +127,9 @@ class Fit:
 class Group:
     """Candidates of one effect, and where their columns stand."""
 
-    def __init__(self, entries: Sequence[Entry]) -> None:
-        """``entries`` of the table."""
+    def __init__(self, entries: Sequence[Entry], rows: Sequence[NDArray[np.floating]]) -> None:
+        """``entries`` of the table, which has these ``rows`` (samples,) of them, each once."""
+        self.rows = rows
         widths = np.array([entry.width for entry in entries])
         self.columns = np.array([at for entry in entries for at in entry.at], dtype=np.intp)
         self.begins = np.concatenate([[0], np.cumsum(widths)])
@@ -142,20 +145,17 @@ class Design:
     def __init__(
         self,
         base: Floats,
-        effects: Mapping[str, NDArray[np.floating]] | None = None,
         groups: Mapping[str, Group] | None = None,
         gain: float | None = None,
         together: int = 1,
     ) -> None:
         """``base``: columns, each a row (…, samples), first the residual, and then those of each of
-        ``effects``; a column's number counts through. ``groups``: the effects' candidates.
-        ``gain``: of a walk, whose innovations all are. ``together``: so many samples make one where
-        candidates are chosen."""
-        parts: dict[str, NDArray[np.floating]] = {BASE: base, **(effects or {})}
-        parts = {name: np.ascontiguousarray(part) for name, part in parts.items()}
-        self._parts = parts
-        self._columns = [(part, k) for part in parts.values() for k in range(len(part))]
+        the ``groups``; a column's number counts through. ``gain``: of a walk, whose innovations all
+        are. ``together``: so many samples make one where candidates are chosen."""
         self._groups, self._gain, self._together = groups or {}, gain, together
+        parts: dict[str, Sequence[NDArray[Any]]] = {BASE: list(base)}
+        parts |= {name: group.rows for name, group in self._groups.items()}
+        self._columns = [np.ascontiguousarray(row) for part in parts.values() for row in part]
         ends = np.cumsum([len(part) for part in parts.values()])
         begins = [0, *ends[:-1]]
         self._spans = dict(zip(parts, map(slice, begins, ends), strict=True))
@@ -163,7 +163,8 @@ class Design:
         self.chosen_by = -(-self.samples // together)
         # Memory that is never written takes no room. To choose, half the digits are enough.
         self._rows = np.empty((ends[-1], self.chosen_by), dtype=np.float32)
-        self._total = np.empty((ends[-1], ends[-1]))
+        # Of a symmetric matrix, what is on the diagonal and right of it.
+        self._total = np.empty((ends[-1], ends[-1]), dtype=np.float32)
         self._scale = np.empty(ends[-1])
         self._laid: set[str] = set()
         self._multiplied: set[tuple[str, str]] = set()
@@ -182,8 +183,8 @@ class Design:
             return
         self._laid.add(name)
         span = self._spans[name]
-        rows = self._unforeseen(self._parts[name])
-        for row, number in zip(rows, range(span.start, span.stop), strict=True):
+        for number in range(span.start, span.stop):
+            row = self._unforeseen(self._columns[number][None])[0]
             keeps = number == 0
             self._scale[number] = _laid(row, self._together, self._rows[number], keeps)
 
@@ -193,14 +194,9 @@ class Design:
             # What was asked longest ago is the first to go.
             self._wholes[columns] = self._wholes.pop(columns)
             return self._wholes[columns]
-        if len(self._wholes) >= KEPT:
-            del self._wholes[next(iter(self._wholes))]
-        part, first = self._columns[columns[0]]
-        if columns == tuple(range(columns[0], columns[0] + len(columns))):
-            rows = part[first : first + len(columns)]
-        else:
-            rows = np.stack([part[self._columns[number][1]] for number in columns])
-        self._wholes[columns] = self._unforeseen(rows.astype(np.float64))
+        _make_room(self._wholes)
+        rows = np.array([self._columns[number] for number in columns], dtype=np.float64)
+        self._wholes[columns] = self._unforeseen(rows)
         return self._wholes[columns]
 
     def _unforeseen(self, rows: NDArray[Any]) -> NDArray[Any]:
@@ -215,15 +211,14 @@ class Design:
         if (first, second) in self._multiplied:
             return
         self._multiplied |= {(first, second), (second, first)}
-        a, b = self._spans[first], self._spans[second]
         self._lay(first)
         self._lay(second)
         if first == second != BASE:
             group = self._groups[first]
             _own_products(self._rows, group.columns, group.begins, self._total)
             return
-        self._total[a, b] = self._rows[a] @ self._rows[b].T
-        self._total[b, a] = self._total[a, b].T
+        a, b = sorted((self._spans[first], self._spans[second]), key=lambda span: span.start)
+        np.matmul(self._rows[a], self._rows[b].T, out=self._total[a, b])
 
     def _per_block(self, first: tuple[int, ...], second: tuple[int, ...]) -> Floats:
         """(blocks, n, m) products of the columns ``first`` with ``second``."""
@@ -264,6 +259,7 @@ class Design:
             self._lay(term.name)
         parts = (self._base, *(term.at for term in terms))
         if parts not in self._grams:
+            _make_room(self._grams)
             self._grams[parts] = self._assembled(parts)
         index, signs, ridge = self._index(terms, static)
         place = {column: k for k, column in enumerate(sum(parts, ()))}
@@ -306,6 +302,12 @@ class Design:
         return result
 
 
+def _make_room(kept: dict[Any, Floats]) -> None:
+    """Let go of what was kept first, for one more."""
+    if len(kept) >= KEPT:
+        del kept[next(iter(kept))]
+
+
 @compiled
 def _laid(column: Floats, together: int, row: NDArray[np.float32], keeps: bool) -> float:
     """Write a column of size 1, or as it is where it ``keeps`` it, into ``row``; its size.
@@ -342,14 +344,22 @@ def _own_products(
     rows: NDArray[np.float32],
     columns: NDArray[np.intp],
     begins: NDArray[np.intp],
-    total: Floats,
+    total: Columns,
 ) -> None:
     """Write the products of each entry's ``rows`` with each other into ``total``."""
     for e in range(len(begins) - 1):
         own = columns[begins[e] : begins[e + 1]]
         for i in range(len(own)):
             for j in range(i, len(own)):
-                total[own[i], own[j]] = total[own[j], own[i]] = np.dot(rows[own[i]], rows[own[j]])
+                low, high = min(own[i], own[j]), max(own[i], own[j])
+                total[low, high] = np.dot(rows[low], rows[high])
+
+
+@compiled
+def _product(total: Columns, i: int, j: int) -> float:
+    """Of two columns, of a ``total`` that has each but once."""
+    product: float = total[i, j] if i < j else total[j, i]
+    return product
 
 
 @compiled
@@ -461,7 +471,7 @@ def _solve_each(root: Floats, weights: Floats) -> None:
 
 @compiled
 def _each_gain(
-    total: Floats,
+    total: Columns,
     index: NDArray[np.intp],
     signs: Floats,
     ridge: Floats,
@@ -482,13 +492,13 @@ def _each_gain(
     gram, side, error = np.empty((free, free)), np.zeros(free), 0.0
     for i in range(len(signs)):
         for j in range(len(signs)):
-            error += signs[i] * signs[j] * total[index[free + i], index[free + j]]
+            error += signs[i] * signs[j] * _product(total, index[free + i], index[free + j])
     for i in range(free):
         for j in range(free):
-            gram[i, j] = total[index[i], index[j]]
+            gram[i, j] = _product(total, index[i], index[j])
         gram[i, i] += ridge[i]
         for j in range(len(signs)):
-            side[i] += total[index[i], index[free + j]] * signs[j]
+            side[i] += _product(total, index[i], index[free + j]) * signs[j]
     root = _factor(gram, least)
     said = _forward(root, side)
     error -= (said**2).sum()
@@ -499,13 +509,12 @@ def _each_gain(
         np.zeros(len(columns)),
     )
     for j in range(len(signs)):
-        row = total[index[free + j]]
         for c in range(len(columns)):
-            rest[c] += row[columns[c]] * signs[j]
+            rest[c] += _product(total, index[free + j], columns[c]) * signs[j]
     for i in range(free):
-        row, one = total[index[i]], above[i]
+        one = above[i]
         for c in range(len(columns)):
-            one[c] = row[columns[c]]
+            one[c] = _product(total, index[i], columns[c])
         for k in range(i):
             part, other = root[k, i], above[k]
             for c in range(len(columns)):
@@ -527,7 +536,7 @@ def _each_gain(
         inner = np.empty((width, width))
         for i in range(width):
             for j in range(i, width):
-                product = total[columns[first + i], columns[first + j]]
+                product = _product(total, columns[first + i], columns[first + j])
                 for k in range(free):
                     product -= above[k, first + i] * above[k, first + j]
                 inner[i, j] = product + more if i == j else product

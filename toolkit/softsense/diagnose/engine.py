@@ -235,7 +235,9 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     tones = [finding.value for finding in found if finding.name == "interference"]
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
     if again and not settled:
-        # Spikes and lines had been taken for noise, or too much for a line.
+        # Spikes and lines had been taken for noise, or too much for a line. What was looked at
+        # before takes as much memory again.
+        del channels, checked
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
         read = _read(channels, checked.models[0], simulated)

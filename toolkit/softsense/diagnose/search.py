@@ -446,17 +446,25 @@ def _upon_motion(
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]
     for before in [*alone, *_known_by_one(channels)]:
-        both = list(zip(channels, before.fits, strict=True))
-        trials = all_at_once(lambda one: one[0].moved(one[1], rest), both)
-        upon = by_price(_made(trials, [frozenset(), *(frozenset({name}) for name in rest)]))
-        for second in upon[:UPON]:
-            if not second.names:
-                break
-            each = list(zip(channels, before.fits, trials, second.fits, strict=True))
-            fits = all_at_once(lambda one: one[0].then(*one[1:]), each)
-            result.append((before, priced(channels, tuple(fits))))
+        result += [(before, made) for made in _upon(channels, before, rest)]
     best = min(result, key=lambda both: both[1].price, default=None)
     return result + ([(best[0], refined(channels, best[1]))] if best else [])
+
+
+def _upon(channels: Sequence[Channel], before: Model, rest: Sequence[str]) -> list[Model]:
+    """The motion of ``before`` with each of the most promising effects of ``rest`` upon it."""
+    trials = all_at_once(
+        lambda one: one[0].moved(one[1], rest), list(zip(channels, before.fits, strict=True))
+    )
+    upon = by_price(_made(trials, [frozenset(), *(frozenset({name}) for name in rest)]))
+    result = []
+    for second in upon[:UPON]:
+        if not second.names:
+            break
+        each = list(zip(channels, before.fits, trials, second.fits, strict=True))
+        fits = all_at_once(lambda one: one[0].then(*one[1:]), each)
+        result.append(priced(channels, tuple(fits)))
+    return result
 
 
 def _known_by_one(channels: Sequence[Channel]) -> list[Model]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from softsense.diagnose import variance
 from softsense.diagnose.channel import WALK, Channel
-from softsense.diagnose.design import Design, Term
+from softsense.diagnose.design import Design, Group, Term
 from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion
 from softsense.diagnose.search import (
@@ -270,7 +270,8 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
         columns = tuple(range(1, table.shape[1]))
         term = Term("history", columns, stiff=channel.sigma**2)
-        errors, _ = Design(table[:, -1:].T, {"history": table[:, :-1].T}).fit([term])
+        told_by = Group((), list(table[:, :-1].T))
+        errors, _ = Design(table[:, -1:].T, {"history": told_by}).fit([term])
         noise = len(walk) * channel.sigma**2
         told = float((table[:, -1] ** 2).sum() - errors.sum())
         if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:
