@@ -357,9 +357,24 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
             continue
         asked = one.explain(searched._asked(one, nominal))
         for thin, full in zip(asked, one.explain(nominal), strict=True):
-            columns = searched._entry(thin, 0, None, "").columns
+            columns = searched._searched(thin)
             expected = full.columns[::4]
             np.testing.assert_allclose(columns, expected, rtol=1e-9, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize("name", ["saturation", "step"])
+def test_what_has_many_candidates_makes_only_those_that_are_asked_for(name: str) -> None:
+    codes = 1500.0 + 900.0 * np.sin(np.arange(500) / 30.0)[:, None]
+    motion = motion_of(codes[:, 0], 0.05, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((1, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[0]
+    one = effect(name)
+    made = one.explain(nominal)
+    made += one.zoom(nominal, made[-1].values)
+    assert all(callable(candidate.made) for candidate in made)
+    for candidate in made:
+        assert candidate.columns.shape[0] == 500
+        assert candidate.columns.dtype == np.float64
 
 
 def test_threads_make_columns_at_the_same_time() -> None:
