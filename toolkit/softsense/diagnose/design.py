@@ -31,7 +31,7 @@ Key = tuple[int, tuple[tuple[str, float], ...] | None]
 # Parameters that are whole numbers, and have no interval.
 COUNTED = frozenset({"source", "poles"}) | MARKS
 BLOCKS = 12
-# So many groups of columns are kept in full for what is asked next.
+# So many groups of columns, and of their products per block, are kept for what is asked next.
 KEPT = 24
 # The residual, an offset and the static curve, which stand before all effects.
 BASE = ""
@@ -344,7 +344,7 @@ def _own_products(
     rows: NDArray[np.float32],
     columns: NDArray[np.intp],
     begins: NDArray[np.intp],
-    total: Columns,
+    total: NDArray[np.float32],
 ) -> None:
     """Write the products of each entry's ``rows`` with each other into ``total``."""
     for e in range(len(begins) - 1):
@@ -356,8 +356,8 @@ def _own_products(
 
 
 @compiled
-def _product(total: Columns, i: int, j: int) -> float:
-    """Of two columns, of a ``total`` that has each but once."""
+def _product(total: NDArray[np.float32], i: int, j: int) -> float:
+    """Of the columns ``i`` and ``j``, from a ``total`` on and right of whose diagonal all are."""
     product: float = total[i, j] if i < j else total[j, i]
     return product
 
@@ -471,7 +471,7 @@ def _solve_each(root: Floats, weights: Floats) -> None:
 
 @compiled
 def _each_gain(
-    total: Columns,
+    total: NDArray[np.float32],
     index: NDArray[np.intp],
     signs: Floats,
     ridge: Floats,

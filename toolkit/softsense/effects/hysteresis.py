@@ -128,10 +128,10 @@ def _at_rest(first: Floats, widths: Floats) -> Floats:
 
 def _powers(base: Floats, order: int) -> list[Floats]:
     """(samples, 1) each: powers of ``base`` (samples,), 0 where it begins."""
-    return [power - power[0] for power in _around((base - MIDDLE)[:, None], order)]
+    return [power - power[0] for power in _ascending((base - MIDDLE)[:, None], order)]
 
 
-def _around(signal: Floats, order: int) -> list[Floats]:
+def _ascending(signal: Floats, order: int) -> list[Floats]:
     """Powers 1 … ``order`` of a signal: products, which are far faster than powers."""
     powers = [signal]
     for _ in range(order - 1):
@@ -148,8 +148,8 @@ def _preisach(base: Floats, seen: Floats, widths: Floats, order: int) -> Floats:
     polynomials of this ``order``, less what is the same up and down.
     """
     played = play(seen, widths, _at_rest(seen[0], widths))
-    here = _around((base - MIDDLE)[:, None], order)
-    there = _around(played - MIDDLE, order)
+    here = _ascending((base - MIDDLE)[:, None], order)
+    there = _ascending(played - MIDDLE, order)
     powers = [own - same for own, same in zip(there, here, strict=True)]
     return np.concatenate([*powers, *_powers(base, order)], axis=1)
 
