@@ -20,7 +20,7 @@ from softsense.diagnose import augment, diagnose, folder
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
-    curve_of,
+    curves_of,
     history_basis,
     history_weights,
     lost_codes,
@@ -786,14 +786,14 @@ def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
 def test_a_curve_says_the_strain_of_its_codes(sign: float) -> None:
     strain = random_motion(2000, 1 / RATE_HZ, 3)
     codes = sign * 500.0 * (strain + strain**2)
-    curve = curve_of(codes, motion_of(strain, 1 / RATE_HZ, 0.0, None).strain)
+    curve = curves_of(codes[:, None], motion_of(strain, 1 / RATE_HZ, 0.0, None).strain)[0]
     assert curve.bent
     top = np.ptp(strain)
     np.testing.assert_allclose(top * curve.strain(codes) + strain.min(), strain, atol=2e-3)
     felt = np.linspace(0.02, 0.98, 50)
     steep = sign * 500.0 * top * (1.0 + 2.0 * (strain.min() + top * felt))
     np.testing.assert_allclose(curve.slope(felt), steep, rtol=0.03)
-    assert not curve_of(strain, strain).bent
+    assert not curves_of(strain[:, None], strain)[0].bent
 
 
 def test_drives_that_give_way_or_stick_are_backlash() -> None:

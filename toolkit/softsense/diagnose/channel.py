@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Container, Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import (
     COUNTED,
     Columns,
@@ -39,8 +37,6 @@ from softsense.effects import (
 Floats = NDArray[np.float64]
 # What moves the strain, which all channels have in common.
 Held = tuple[Pick, ...]
-Item = TypeVar("Item")
-Result = TypeVar("Result")
 
 # Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
 # training half of tests/benchmarks/gap.
@@ -119,6 +115,7 @@ SERIAL = frozenset({MOTION, ELECTRICAL})
 SEARCHED = 16_000
 # So many times longer ones are looked at less closely: at the full rate each filter takes its time.
 LONG = 10
+SEARCHED_OF_LONG = 10_000
 # What an effect alone says of what no effect says, to be looked at more closely for itself.
 SAYS = 0.25
 # The columns of a candidate that an entry has laid out.
@@ -152,8 +149,9 @@ class Channel:
         # The slow part of the simulation's noise is still in its nominal signal, and what of its
         # motion nobody could tell is not.
         self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2) + missed
-        self._thin = slice(None, None, -(-len(residual) // SEARCHED))
-        self.long = self._thin.step > LONG
+        self.long = len(residual) > LONG * SEARCHED
+        most = SEARCHED_OF_LONG if self.long else SEARCHED
+        self._thin = slice(None, None, -(-len(residual) // most))
         self._together = slow_over(nominal.strain[self._thin])
         squares = float(np.sum(residual[self._thin] ** 2)) / sigma**2
         self.samples = len(residual[self._thin])
@@ -183,7 +181,8 @@ class Channel:
     ) -> list[Entry]:
         """What an effect explains in a place, or its zoom around ``near``."""
         made = offered(self._asked(all_effects()[name], nominal), name, near, place)
-        return [self._entry(candidate, k, near, place) for k, candidate in enumerate(made)]
+        entries = all_at_once(lambda k: self._entry(made[k], k, near, place), range(len(made)))
+        return entries
 
     def _elsewhere(self, nominal: Nominal, name: str, there: Iterable[Entry]) -> list[Entry]:
         """The candidates ``there`` in all other places where the effect may act."""
@@ -1011,12 +1010,6 @@ class Channel:
             used += width
             result.append((pick, weights))
         return result
-
-
-def all_at_once(work: Callable[[Item], Result], items: Sequence[Item]) -> list[Result]:
-    """``work`` on every channel, on all cores: filters and matrix products let go of Python."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(work, items))
 
 
 def acts_on_change(name: str, before: str) -> bool:

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import WALK, Channel, acts_on_change, all_at_once, explained
+from softsense.diagnose.channel import WALK, Channel, acts_on_change, explained
+from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.moved import together
 from softsense.diagnose.nominal import (
     Motion,

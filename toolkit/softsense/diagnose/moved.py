@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose.channel import Channel
+from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key, Pick
 from softsense.effects import Fine, Nominal, all_effects
 
@@ -66,8 +68,10 @@ def together(
     away, squares = np.zeros(samples), np.zeros(samples)
     for _ in range(NEWTON_STEPS):
         power, pull, squares = np.zeros(samples), np.zeros(samples), np.zeros(samples)
-        for nominal, own, noise in zip(nominals, residual.T, sigma, strict=True):
-            below, above = _around(nominal, away)
+        around = all_at_once(partial(_around, away=away), nominals)
+        for nominal, own, noise, (below, above) in zip(
+            nominals, residual.T, sigma, around, strict=True
+        ):
             slope = (above - below) / (2.0 * STRAIGHT * noise)
             rest = (own - (0.5 * (below + above) - nominal.u)) / noise
             power += slope**2

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 
@@ -26,6 +27,8 @@ SLOW, LOOPS, FAST = 8, 8, 4
 # Weights of the average over two thirds of a second, and the share of white noise that it keeps.
 AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
 AVERAGED_NOISE = float((AVERAGE**2).sum())
+# Of so many strains what all channels say of them is kept, where few samples are asked for.
+STRAINS_KEPT = 256
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
 CURVE_KNOTS = 6
 CURVE_POINTS = 41
@@ -71,6 +74,12 @@ class Motion:
     def history(self) -> Floats:
         """(samples, columns) its ``history_basis``, which is asked for again and again."""
         return history_basis(self.strain, self.dt_s)
+
+    @cached_property
+    def history_gram(self) -> Floats:
+        """(columns, columns) products of the ``history`` with itself."""
+        gram: Floats = self.history.T @ self.history
+        return gram
 
     def strokes_alike(self) -> bool:
         """Whether the strain goes to and fro between the same ends, at one rate each way.
@@ -167,13 +176,19 @@ def _loops(x: Floats) -> Floats:
     return loops
 
 
-def curve_of(u: Floats, strain: Floats) -> Curve:
-    """The curve of codes ``u`` (samples,) over ``strain``; it rises, or falls, all along."""
+def curves_of(codes: Floats, strain: Floats) -> tuple[Curve, ...]:
+    """Of each channel, the curve of ``codes`` (samples, channels) over ``strain``; it rises, or
+    falls, all along."""
     basis = spline_basis(strain, CURVE_KNOTS)
     gram = basis.T @ basis
     gram[np.diag_indices_from(gram)] += 1e-9 * len(basis)
-    weights = np.linalg.solve(gram, basis.T @ u)
-    said = spline_basis(np.linspace(0.0, 1.0, CURVE_POINTS), CURVE_KNOTS) @ weights
+    weights = np.linalg.solve(gram, basis.T @ codes)
+    all_along = spline_basis(np.linspace(0.0, 1.0, CURVE_POINTS), CURVE_KNOTS) @ weights
+    return tuple(_one_way(said) for said in all_along.T)
+
+
+def _one_way(said: Floats) -> Curve:
+    """The curve of what is ``said`` all along the range; as flat as one gets where that turns."""
     sign = 1.0 if said[-1] >= said[0] else -1.0
     steps = np.maximum(sign * np.diff(said), FLATTEST * max(np.ptp(said), 1.0) / CURVE_POINTS)
     return Curve(said[0] + sign * np.concatenate([[0.0], np.cumsum(steps)]))
@@ -181,21 +196,18 @@ def curve_of(u: Floats, strain: Floats) -> Curve:
 
 def history_weights(codes: Floats, motion: Motion) -> Floats:
     """(columns, channels) of ``history_basis`` that say the simulated ``codes``."""
-    return _saying(motion.history, codes)
-
-
-def _saying(basis: Floats, codes: Floats) -> Floats:
-    scale = np.sqrt((basis**2).mean(axis=0)) + 1e-12
-    scaled = basis / scale
-    gram = scaled.T @ scaled
-    gram[np.diag_indices_from(gram)] += 1e-9 * len(basis)
-    weights: Floats = np.linalg.solve(gram, scaled.T @ codes) / scale[:, None]
+    gram = motion.history_gram
+    scale = np.sqrt(np.diag(gram) / len(codes)) + 1e-12
+    scaled = gram / scale / scale[:, None]
+    scaled[np.diag_indices_from(scaled)] += 1e-9 * len(codes)
+    side = motion.history.T @ codes / scale[:, None]
+    weights: Floats = np.linalg.solve(scaled, side) / scale[:, None]
     return weights
 
 
 def told(codes: Floats, motion: Motion) -> Floats:
     """(samples, channels) what the history of the motion tells of ``codes``."""
-    result: Floats = motion.history @ _saying(motion.history, codes)
+    result: Floats = motion.history @ history_weights(codes, motion)
     return result
 
 
@@ -238,7 +250,7 @@ def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) ->
     duration_s = len(codes) * motion.dt_s
     low, span = codes.min(axis=0), np.ptp(codes, axis=0)
     strain = motion.strain[: len(codes)]
-    curves = tuple(curve_of(u, strain) for u in codes.T)
+    curves = curves_of(codes, strain)
     same = len(strain) == len(motion.strain)
     elastic = elastic_of(codes, motion if same else replace(motion, strain=strain))
     rest, start_s = codes[0].copy(), motion.start_s
@@ -350,52 +362,59 @@ def _said(
     strain: Floats,
     dt_s: float,
     step: int,
-    curve: Floats,
+    curves: Floats,
     relaxing: Floats,
     broken: Floats,
     weights: Floats,
 ) -> Floats:
-    """``history_basis`` of ``strain`` times its weights at every ``step``-th sample, in one pass.
+    """(channels, kept samples) ``history_basis`` of ``strain`` times weights at every ``step``-th
+    sample, in one pass.
 
-    ``curve`` (4, pieces): the static part as cubics. ``relaxing`` (3, SLOW), ``broken`` (3, FAST):
-    coefficients of filters. ``weights``: of the columns behind the static curve, as many each.
+    ``curves`` (channels, 4, pieces): the static parts as cubics. ``relaxing`` (3, SLOW), ``broken``
+    (3, FAST): coefficients of filters. ``weights`` (channels, n): of the columns behind the static
+    curve, as many each.
     """
     # Where the compiler knows how many there are, the processor does several at once.
-    samples, pieces = len(strain), curve.shape[1]
+    samples, pieces = len(strain), curves.shape[2]
     slow, square, loops, fast = np.empty(SLOW), np.empty(SLOW), np.empty(LOOPS), np.empty(FAST)
     of_square, of_loop, of_fast = SLOW, 2 * SLOW, 2 * SLOW + LOOPS
     x = before = largest = strain[0]
     speed = abs(strain[min(1, samples - 1)] - x) / dt_s
     slow[:], square[:], loops[:], fast[:] = x, x**2, x, speed
-    said = np.empty((samples - 1) // step + 1)
+    said = np.empty((len(weights), (samples - 1) // step + 1))
     for k in range(samples):
         x, speed_before = strain[k], speed
         ahead, behind = min(k + 1, samples - 1), max(k - 1, 0)
         speed = abs(strain[ahead] - strain[behind]) / (max(ahead - behind, 1) * dt_s)
         largest = max(largest, x)
-        total = weights[-1] * largest
         for f in range(SLOW):
             a, b0, b1 = relaxing[0, f], relaxing[1, f], relaxing[2, f]
             slow[f] = a * slow[f] + (b0 * x + b1 * before)
             square[f] = a * square[f] + (b0 * x**2 + b1 * before**2)
-            total += weights[f] * slow[f] + weights[of_square + f] * square[f]
         for f in range(LOOPS):
             half = 0.5 * WIDTHS[f]
             loops[f] = min(max(loops[f], x - half), x + half)
-            total += weights[of_loop + f] * loops[f]
         for f in range(FAST):
             a, b0, b1 = broken[0, f], broken[1, f], broken[2, f]
             fast[f] = a * fast[f] + (b0 * speed + b1 * speed_before)
-            total += weights[of_fast + f] * fast[f]
         before = x
         if k % step == 0:
             inside = min(max(x, 0.0), 1.0 - 1e-12)
             piece = int(inside * pieces)
             past = inside - piece / pieces
-            static = curve[0, piece]
-            for power in range(1, 4):
-                static = static * past + curve[power, piece]
-            said[k // step] = static + total
+            for c in range(len(weights)):
+                own, curve = weights[c], curves[c]
+                total = own[-1] * largest
+                for f in range(SLOW):
+                    total += own[f] * slow[f] + own[of_square + f] * square[f]
+                for f in range(LOOPS):
+                    total += own[of_loop + f] * loops[f]
+                for f in range(FAST):
+                    total += own[of_fast + f] * fast[f]
+                static = curve[0, piece]
+                for power in range(1, 4):
+                    static = static * past + curve[power, piece]
+                said[c, k // step] = static + total
     return said
 
 
@@ -420,17 +439,35 @@ def nominals(
         for taus, size in ((RELAXING_S, SLOW), (BROKEN_S, FAST))
     )
 
+    # Cubics of the distance from the knot before; none are between knots that coincide.
+    curves = [PPoly.from_spline(BSpline(_knots(KNOTS), one, 3)).c[:, 3:-3] for one in static.T]
+    given = np.stack(curves), relaxing, broken, np.ascontiguousarray(history.T)
+    # One strain moves all channels, one after the other.
+    kept: OrderedDict[Hashable, Floats] = OrderedDict()
+
+    def said_of_all(strain: Floats, step: int) -> Floats:
+        some = strain[::step]
+        key = step, some.tobytes(), float(strain @ strain), float(strain.sum())
+        said = kept.get(key)
+        if said is None:
+            kept[key] = said = _said(strain, motion.dt_s, step, *given)
+            if len(kept) > STRAINS_KEPT:
+                kept.popitem(last=False)
+        return said
+
     def respond_of(channel: int) -> Callable[[Floats, slice], Floats]:
-        # Cubics of the distance from the knot before; none are between knots that coincide.
-        curve = PPoly.from_spline(BSpline(_knots(KNOTS), static[:, channel], 3)).c[:, 3:-3].copy()
-        weights = history[:, channel].copy()
+        alone = tuple(each[channel : channel + 1] for each in (given[0], given[3]))
 
         @cache
         def undisturbed(step: int) -> Floats:
             return said_of(motion.strain, step)
 
         def said_of(strain: Floats, step: int) -> Floats:
-            said: Floats = _said(strain, motion.dt_s, step, curve, relaxing, broken, weights)
+            said: Floats
+            if step > 1:
+                said = said_of_all(strain, step)[channel]
+            else:
+                said = _said(strain, motion.dt_s, 1, alone[0], relaxing, broken, alone[1])[0]
             return said
 
         def respond(strain: Floats, keep: slice) -> Floats:

@@ -17,9 +17,9 @@ from softsense.diagnose.channel import (
     SHARE_OF_LEFT,
     WALK,
     Channel,
-    all_at_once,
     beside_walk,
 )
+from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 

@@ -12,6 +12,7 @@ from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uni
 from scipy.signal import lfilter, oaconvolve, welch
 from scipy.stats import kurtosis
 
+from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import BLOCKS
 from softsense.diagnose.nominal import Motion, noise_rms
 from softsense.diagnose.walk import innovations, likely_gain
@@ -202,67 +203,28 @@ def findings(
     channels whose converter has lost codes, between which noise makes it leap. ``codes``, each
     (samples, channels), which may tell what is sharp.
     """
-    enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
-    least = 2.0 if explained else LEAST_TONE
-    spiky, lines, levels, loud = [], {}, {}, {}
     there, covariates = noise_rms(own), _covariates(motion)
-    for c in range(left.shape[1]):
-        # Each is looked for without the others: a tone hides spikes, and both pass for noise.
-        rest = left[:, c]
-        news = _news(rest) if c in walking else rest
-        line = _line(_unspiked(news), motion.dt_s, least)
-        if c in walking:
-            # A walk follows a slow tone too.
-            line = line or _line(_unspiked(rest), motion.dt_s, least)
-        if line is None and heard:
-            again = _line(_unspiked(news), motion.dt_s, LEAST_TONE)
-            line = next((f for f in heard if again and abs(again - f) < SAME_HZ), None)
-        if line is not None and explained and _moves(rest, motion, line):
-            line = None
-        if line is not None:
-            lines[c] = line
-            rest = _without_tone(rest, line, motion.dt_s)
-            news = _news(rest) if c in walking else rest
-        if c in coarse:
-            continue
-        # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
-        sharp = rest if c in walking and not _spikes(news).any() else news
-        hit = _sudden(sharp)
-        # What was explained may jump a moment early or late.
-        said = residual[:, c] - left[:, c]
-        jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
-        hit &= _fast(sharp) > jumps
-        if said.any() and hit.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
-            hit[:] = False
-        if c in lines and _only_while_on(hit, left[:, c], lines[c], motion.dt_s):
-            hit[:] = False
-        rest = news
-        if hit.any() and _steps(sharp, hit, c, codes):
-            hit[:] = False
-        lone = hit.any() and _lone(sharp) and not _lone(own[:, c])
-        if lone or hit.sum() >= enough + 2 * _spikes(own[:, c]).sum():
-            spiky.append(c)
-            rest = _unspiked(rest)
-        levels[c] = level = (
-            _between_lines(rest) if c in lines else float(noise_rms(rest[:, None])[0])
+
+    def of_channel(c: int) -> _Found:
+        return _found(
+            left[:, c],
+            residual[:, c],
+            own[:, c],
+            float(there[c]),
+            motion,
+            covariates[1:] if c in bent else covariates,
+            explained,
+            c in walking,
+            heard,
+            c in coarse,
+            [met[:, c] for met in codes],
         )
-        # What an equation leaves that is only nearly right comes with moves, where it says them.
-        moving = float(np.abs(np.diff(said)).max()) > MOVING * there[c]
-        unevenness = UNEVEN_BESIDE if moving else UNEVEN
-        if c in walking:
-            levels[c] = level = min(level, _under_walk(left[:, c]))
-        along = covariates[1:] if c in bent else covariates
-        if moving:
-            levels[c], along = min(level, _still(rest, motion)), along[:-1]
-        here, simulated = _unevenness(rest, along), _unevenness(own[:, c], along)
-        uneven = here > unevenness >= simulated
-        louder = level / max(there[c], 1.0)
-        if not explained and louder > SOMEWHAT:
-            # Two signs of it together, though each alone could be as simulated.
-            uneven |= louder * np.sqrt(here) > NOISE_FACTOR and here > RATHER_UNEVEN * simulated
-            uneven |= _tails(rest) > BURSTS > 2.0 * _tails(own[:, c])
-        if louder > NOISE_FACTOR or (uneven and c not in spiky):
-            loud[c] = level
+
+    each = all_at_once(of_channel, range(left.shape[1]))
+    spiky = [c for c, one in enumerate(each) if one.spiky]
+    lines = {c: one.line for c, one in enumerate(each) if one.line is not None}
+    levels = {c: one.level for c, one in enumerate(each) if one.level is not None}
+    loud = {c: one.level for c, one in enumerate(each) if one.level is not None and one.loud}
     # A tone takes some of the noise beside it along.
     toneless = {c: levels[c] / there[c] for c in levels if c not in lines}
     loud |= {c: levels[c] for c in _apart(toneless) - set(bent)}
@@ -281,6 +243,85 @@ def findings(
     return result
 
 
+@dataclass(frozen=True)
+class _Found:
+    """Of one channel: its line (Hz), if it has spikes, how loud it is, and if that is noise."""
+
+    line: float | None
+    spiky: bool = False
+    level: float | None = None
+    loud: bool = False
+
+
+def _found(
+    left: Floats,
+    residual: Floats,
+    own: Floats,
+    there: float,
+    motion: Motion,
+    covariates: Sequence[Floats],
+    explained: bool,
+    walking: bool,
+    heard: Sequence[float],
+    coarse: bool,
+    codes: Sequence[Floats],
+) -> _Found:
+    """``findings`` of one channel: all (samples,). ``there``: the simulation's noise."""
+    enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
+    # Each is looked for without the others: a tone hides spikes, and both pass for noise.
+    rest = left
+    news = _news(rest) if walking else rest
+    least = 2.0 if explained else LEAST_TONE
+    line = _line(_unspiked(news), motion.dt_s, least)
+    if walking:
+        # A walk follows a slow tone too.
+        line = line or _line(_unspiked(rest), motion.dt_s, least)
+    if line is None and heard:
+        again = _line(_unspiked(news), motion.dt_s, LEAST_TONE)
+        line = next((f for f in heard if again and abs(again - f) < SAME_HZ), None)
+    if line is not None and explained and _moves(rest, motion, line):
+        line = None
+    if line is not None:
+        rest = _without_tone(rest, line, motion.dt_s)
+        news = _news(rest) if walking else rest
+    if coarse:
+        return _Found(line)
+    # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
+    sharp = rest if walking and not _spikes(news).any() else news
+    hit = _sudden(sharp)
+    # What was explained may jump a moment early or late.
+    said = residual - left
+    jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
+    hit &= _fast(sharp) > jumps
+    if said.any() and hit.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
+        hit[:] = False
+    if line is not None and _only_while_on(hit, left, line, motion.dt_s):
+        hit[:] = False
+    rest = news
+    if hit.any() and _steps(sharp, hit, codes):
+        hit[:] = False
+    lone = hit.any() and _lone(sharp) and not _lone(own)
+    spiky = bool(lone or hit.sum() >= enough + 2 * _spikes(own).sum())
+    if spiky:
+        rest = _unspiked(rest)
+    level = _between_lines(rest) if line is not None else float(noise_rms(rest[:, None])[0])
+    # What an equation leaves that is only nearly right comes with moves, where it says them.
+    moving = float(np.abs(np.diff(said)).max()) > MOVING * there
+    unevenness = UNEVEN_BESIDE if moving else UNEVEN
+    if walking:
+        level = min(level, _under_walk(left))
+    if moving:
+        level, covariates = min(level, _still(rest, motion)), covariates[:-1]
+    here, simulated = _unevenness(rest, covariates), _unevenness(own, covariates)
+    uneven = here > unevenness >= simulated
+    louder = level / max(there, 1.0)
+    if not explained and louder > SOMEWHAT:
+        # Two signs of it together, though each alone could be as simulated.
+        uneven |= louder * np.sqrt(here) > NOISE_FACTOR and here > RATHER_UNEVEN * simulated
+        uneven |= _tails(rest) > BURSTS > 2.0 * _tails(own)
+    return _Found(line, spiky, level, bool(louder > NOISE_FACTOR or (uneven and not spiky)))
+
+
 def evident(
     residual: Floats, motion: Motion, coarse: Sequence[int] = (), codes: Sequence[Floats] = ()
 ) -> list[Finding]:
@@ -290,9 +331,9 @@ def evident(
     would have to be explained again without it. On channels that are ``coarse`` all is sharp.
     ``codes``, each (samples, channels), which may tell what is sharp.
     """
-    result = []
-    for c in range(residual.shape[1]):
-        signal = residual[:, c]
+
+    def seen(c: int) -> list[Finding]:
+        result, signal = [], residual[:, c]
         unspiked = _unspiked(signal)
         line = _line(unspiked, motion.dt_s, LOUD_TONE, FAST_HZ)
         if line is not None and _moves(unspiked, motion, line):
@@ -302,17 +343,22 @@ def evident(
             signal = _without_tone(signal, line, motion.dt_s)
         hit = _sudden(signal)
         if line is not None and _only_while_on(hit, residual[:, c], line, motion.dt_s):
-            continue
-        many = hit.sum() >= MANY * SPIKE_COUNT and not _steps(signal, hit, c, codes)
+            return result
+        many = hit.sum() >= MANY * SPIKE_COUNT
+        many = many and not _steps(signal, hit, [met[:, c] for met in codes])
         if c not in coarse and (many or _lone(signal)):
             result.append(Finding("spikes", (c,), 1.0, "channels with spikes"))
-    return result
+        return result
+
+    each = all_at_once(seen, range(residual.shape[1]))
+    return [finding for found in each for finding in found]
 
 
-def _steps(signal: Floats, hit: NDArray[np.bool_], channel: int, codes: Sequence[Floats]) -> bool:
-    """Whether what is ``hit`` of ``signal`` (samples,) is a converter's, by any of ``codes``."""
+def _steps(signal: Floats, hit: NDArray[np.bool_], codes: Sequence[Floats]) -> bool:
+    """Whether what is ``hit`` of ``signal`` (samples,) is a converter's, by any of ``codes``, each
+    (samples,)."""
     fast = _beyond(signal)
-    left = (fast - _by_code(fast, met[:, channel]) for met in codes)
+    left = (fast - _by_code(fast, met) for met in codes)
     most = (1.0 - STEPS_SHARE) * float((fast[hit] ** 2).sum())
     return any(float((rest[hit] ** 2).sum()) < most for rest in left)
 

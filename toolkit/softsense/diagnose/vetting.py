@@ -157,9 +157,10 @@ def signed(channels: Sequence[Channel], best: Model) -> bool:
     of_sign, all_of_it = 0.0, 0.0
     for channel, fit in zip(channels, best.fits, strict=True):
         for pick, weights in channel.weighted(fit):
-            size = float(((channel.columns(pick) @ weights) ** 2).sum()) / channel.sigma**2
+            entry = channel.entries[pick[0]][pick[1]]
+            size = float((entry.said(weights) ** 2).sum()) / channel.sigma**2
             cancels = abs(float(weights.sum())) < ONE_SIGN * float(np.abs(weights).sum())
-            candidate = channel.entries[pick[0]][pick[1]].candidate
+            candidate = entry.candidate
             of_sign += size * (candidate.form == SIGNED or (candidate.parallel and cancels))
             all_of_it += size
     return of_sign > 0.5 * all_of_it

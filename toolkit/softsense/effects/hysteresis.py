@@ -139,15 +139,16 @@ def _ascending(signal: Floats, order: int) -> list[Floats]:
     return powers
 
 
-def _preisach(base: Floats, seen: Floats, widths: Floats, order: int) -> Floats:
-    """(samples, columns) that a plane of relays of these ``widths`` can make of ``base`` (samples,)
-    where they have ``seen`` (samples, widths) of it.
+def _preisach(base: Floats, seen: Floats, widths: Floats, order: int, keep: slice) -> Floats:
+    """(kept samples, columns) that a plane of relays of these ``widths`` can make of ``base``
+    (samples,) where they have ``seen`` (samples, widths) of it.
 
     Relays of one width switch where a play of half that width passes their middles, so a plane of
     them is a sum of curves of plays (Krasnosel'skii and Pokrovskii 1989, Systems with Hysteresis):
     polynomials of this ``order``, less what is the same up and down.
     """
-    played = play(seen, widths, _at_rest(seen[0], widths))
+    played = play(seen, widths, _at_rest(seen[0], widths))[keep]
+    base = base[keep]
     here = _ascending((base - MIDDLE)[:, None], order)
     there = _ascending(played - MIDDLE, order)
     powers = [own - same for own, same in zip(there, here, strict=True)]
@@ -259,14 +260,15 @@ def _duhem(base: Floats, pull: float) -> Floats:
     return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)
 
 
-def _pinched(base: Floats) -> Floats:
-    """(samples, columns) of Dahl's states, their powers, and these along ``base`` (samples,).
+def _pinched(base: Floats, keep: slice) -> Floats:
+    """(kept samples, columns) of Dahl's states, their powers, and these along ``base`` (samples,).
 
     Loops that are pinched, or wider at one end (Baber and Noori, J. Eng. Mech. 111, 1985), are
     curves of such states.
     """
     signal = np.repeat(base[:, None], len(PINCHED), axis=1)
-    state = _bouc_wen(signal, PINCHED, 1.0, signal[0].copy(), np.zeros((len(PINCHED), 1)))
+    state = _bouc_wen(signal, PINCHED, 1.0, signal[0].copy(), np.zeros((len(PINCHED), 1)))[keep]
+    base = base[keep]
     here = (base - MIDDLE)[:, None]
     square = state * state
     parts = [state, state * here, state * here**2, square, square * here, square * state]
@@ -300,7 +302,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     @cache
     def relays(base: int) -> Floats:
         seen = np.repeat(bases[base][:, None], len(RELAYS), axis=1)
-        made: Floats = _preisach(bases[base], seen, RELAYS, _CURVE)[nominal.keep] * nominal.span
+        made: Floats = _preisach(bases[base], seen, RELAYS, _CURVE, nominal.keep) * nominal.span
         return made
 
     @cache
@@ -314,7 +316,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         return made
 
     def pinched() -> Floats:
-        return _pinched(nominal.strain)[nominal.keep] * nominal.span
+        return _pinched(nominal.strain, nominal.keep) * nominal.span
 
     def beside(*parts: Callable[[], Floats]) -> Callable[[], Floats]:
         return lambda: np.concatenate([part() for part in parts], axis=1)
@@ -357,7 +359,7 @@ def _few_relays(nominal: Nominal) -> list[Candidate]:
         def few(steps: tuple[int, ...], order: int, crossed: Floats = crossed) -> Floats:
             widths = (np.array([step for step in steps if step < count]) - 0.5) / count
             seen = np.repeat(crossed[:, None], len(widths), axis=1)
-            made = _preisach(base, seen, widths, order)[nominal.keep] * nominal.span
+            made = _preisach(base, seen, widths, order, nominal.keep) * nominal.span
             return np.asarray(made)
 
         for steps, order in FEW_RELAYS:

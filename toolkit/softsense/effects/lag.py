@@ -154,10 +154,9 @@ def _absorbing(nominal: Nominal, tau_s: float, power: float) -> Floats:
     """(samples,) through 1 / (1 + (tau p)^power): Cole and Cole, J. Chem. Phys. 9 (1941), whose
     time constants spread on a logarithmic scale as known."""
     weights = np.diff(np.arctan(np.tan(0.5 * power * np.pi) * np.tanh(0.5 * power * APART)))
-    times_s = tau_s * SPREAD
-    rows = np.repeat(nominal.u[:, None], len(SPREAD), axis=1)
-    slow = low_pass(rows, nominal.dt_s, times_s, None)[0]
-    absorbed: Floats = slow @ (weights / weights.sum())
+    absorbed = np.zeros_like(nominal.u)
+    for weight, part in zip(weights / weights.sum(), SPREAD, strict=True):
+        absorbed += weight * _circuits(nominal, [tau_s * part])
     return absorbed
 
 
