@@ -358,7 +358,7 @@ def _steps(signal: Floats, hit: NDArray[np.bool_], codes: Sequence[Floats]) -> b
     """Whether what is ``hit`` of ``signal`` (samples,) is a converter's, by any of ``codes``, each
     (samples,)."""
     fast = _beyond(signal)
-    left = (fast - _by_code(fast, met) for met in codes)
+    left = (fast - _by_code(fast, met, hit) for met in codes)
     most = (1.0 - STEPS_SHARE) * float((fast[hit] ** 2).sum())
     return any(float((rest[hit] ** 2).sum()) < most for rest in left)
 
@@ -369,9 +369,9 @@ def _beyond(signal: Floats) -> Floats:
     return fast
 
 
-def _by_code(fast: Floats, codes: Floats) -> Floats:
+def _by_code(fast: Floats, codes: Floats, hit: NDArray[np.bool_]) -> Floats:
     """(samples,) what ``codes`` tell of what is ``fast``, by means of what other minutes have at
-    the same code."""
+    the same code; nothing where only what is ``hit`` goes."""
     bins = ((codes - codes.min()) / STEPS_CODES).astype(np.intp)
     turn = np.arange(len(fast)) * 2 * BLOCKS // len(fast) % 2
     told = np.empty(len(fast))
@@ -380,7 +380,8 @@ def _by_code(fast: Floats, codes: Floats) -> Floats:
         counts = np.bincount(bins[seen], minlength=bins.max() + 1)
         sums = np.bincount(bins[seen], fast[seen], len(counts))
         told[~seen] = (sums / np.maximum(counts, 1))[bins[~seen]]
-    return _beyond(told)
+    usual = np.bincount(bins[~hit], minlength=bins.max() + 1) > 0
+    return _beyond(np.where(usual[bins], told, 0.0))
 
 
 def _news(signal: Floats) -> Floats:
