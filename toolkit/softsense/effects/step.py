@@ -10,6 +10,9 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
 GRID = 65
+ON_GRID = 1e-6
+# So many instants near one, and closer to it.
+NEAR, CLOSE = 20, 13
 # What changes earlier, as a share of the recording, is a miscalibration or a drift.
 EARLIEST, LATEST = 0.05, 0.98
 HEALING_S = np.array([10.0, 40.0, 160.0])
@@ -42,11 +45,17 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same at instants near one, a grid step to either side; and tears around them."""
+    """The same at instants near one, a grid step to either side, or closer where it is on the grid
+    no more; and tears around them."""
     reach = nominal.reference.duration_s / GRID
     # Where healing was looked for, the grid is twice as coarse.
-    wide = 1.0 if "tau_s" in values else 0.5
-    near_s = values["onset_s"] + np.linspace(-wide * reach, wide * reach, 21)
+    reach *= 1.0 if "tau_s" in values else 0.5
+    # The middle is on the grid.
+    steps = np.linspace(-reach, reach, NEAR)
+    if not _on_grid(nominal, values["onset_s"]):
+        # A large step says to the sample when it was.
+        steps = np.concatenate([steps[::3], np.linspace(-1.0, 1.0, CLOSE) * (steps[1] - steps[0])])
+    near_s = values["onset_s"] + np.sort(steps)
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
     made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
@@ -57,6 +66,13 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         made += _healing(nominal, near_s[::2], soon_s, slope)
     made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
     return made + _in_two_blows(nominal, near_s[::4])
+
+
+def _on_grid(nominal: Nominal, onset_s: float) -> bool:
+    """Whether it is one of the instants that are looked at first."""
+    passed = (onset_s - nominal.reference.start_s) / nominal.reference.duration_s
+    at = (passed - EARLIEST) / (LATEST - EARLIEST) * (GRID - 1)
+    return abs(at - round(at)) < ON_GRID
 
 
 def _traces(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
