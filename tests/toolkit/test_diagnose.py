@@ -21,6 +21,7 @@ from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
     curves_of,
+    denoise,
     history_basis,
     history_weights,
     lost_codes,
@@ -1164,6 +1165,16 @@ def test_a_converters_curve_is_seen_where_all_wanders() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+def test_spikes_of_one_size_that_go_where_nothing_else_does_are_no_steps() -> None:
+    x, codes = clean(54)
+    hit = np.random.default_rng(2).random(len(x)) < 0.008
+    read = np.rint(codes - 2000.0 * hit[:, None] * [1, 0, 0, 0])
+    left = read - codes + np.random.default_rng(3).normal(0.0, 1.3, codes.shape)
+    motion = motion_of(x, 1 / RATE_HZ, 0.0, None)
+    (found,) = evident(left, motion, codes=(codes, read))
+    assert (found.name, found.channels) == ("spikes", (0,))
+
+
 def test_spikes_with_a_tail_are_spikes() -> None:
     """Which fall to a half in a quarter of a second, and would leave a wandering behind."""
     x, codes = clean(9, 8000)
@@ -1507,6 +1518,31 @@ def test_where_fewer_effects_say_all_no_more_are_missed(monkeypatch) -> None:
     assert quick.data["after"] == whole.data["after"]
 
 
+def test_a_large_step_is_known_to_the_sample() -> None:
+    x, codes = clean(55)
+    at_s = 171.43
+    made = codes + 40.0 * (np.arange(len(x)) / RATE_HZ >= at_s)[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("step",)
+    # The samples before and after it are .05 s apart.
+    assert 171.40 < result.data["where"]["onset_s"] <= 171.45
+
+
+def test_fast_moves_of_a_simulation_are_kept_where_the_real_recording_has_them() -> None:
+    rng = np.random.default_rng(4)
+    x, codes = clean(56)
+    motion = motion_of(x, 1 / RATE_HZ, 0.0, None)
+    # What no history of the strain tells, within a few samples.
+    fast = np.convolve(rng.normal(0.0, 12.0, len(x)), np.hanning(6)[1:-1], "same")
+    moved = codes + fast[:, None] * [1, 1, 0, 0]
+    there = codes + fast[:, None] * [1, 0, 0, 0]
+    sim, real = (recorded(x, own, k).codes.astype(float) for k, own in enumerate((moved, there)))
+    smooth, kept = denoise(sim, motion, real)
+    error = np.std(smooth - there, axis=0)
+    assert error[0] < 0.35 * np.std(denoise(sim, motion)[0][:, 0] - there[:, 0])
+    assert kept[0] > kept[1] == kept[2] == kept[3]
+
+
 @pytest.mark.parametrize("keep", [slice(None), slice(None, None, 3)])
 def test_a_channel_responds_as_the_history_of_the_motion_has_it(keep: slice) -> None:
     x, codes = clean(50, 2000)
@@ -1668,7 +1704,9 @@ def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None
     )[0]
     noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
     names, history = frozenset({"backlash", "delay"}), history_basis(x, 1 / RATE_HZ)
-    channel = Channel(nominal, noise, 1.3, x[:, None] ** [1, 2], sorted(names), 1.7, 0.0, history)
+    channel = Channel(
+        nominal, noise, 1.3, x[:, None] ** [1, 2], sorted(names), 1.7, 0.0, 0.1, history
+    )
     assert not channel.composed(channel.within(names), names).picks
 
 

@@ -19,7 +19,7 @@ from scipy.interpolate import CubicSpline
 from softsense import effects
 from softsense.diagnose import channel
 from softsense.diagnose.nominal import history_basis, motion_of, nominals, reference_of
-from softsense.effects import Candidate, Context, all_effects, effect
+from softsense.effects import Candidate, Context, all_effects, effect, operators
 from softsense.effects.hysteresis import _plane
 from softsense.effects.operators import first_order_hold, low_pass
 from softsense.errors import SoftsenseError
@@ -280,6 +280,18 @@ def test_poles_add_up() -> None:
     np.testing.assert_allclose(both, u + single[0] + single[1], rtol=0, atol=1e-12)
 
 
+@pytest.mark.parametrize("tau_s", [0.0, 0.01, 0.7, 40.0, 1e5])
+def test_parts_of_a_long_signal_are_filtered_at_once_as_one(
+    tau_s: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    u = np.cumsum(np.random.default_rng(5).normal(size=(4003, 2)), axis=0)
+    whole, memory = low_pass(u, DT_S, np.full(2, tau_s), None)
+    monkeypatch.setattr(operators, "LONG", len(u))
+    parts, last = low_pass(u, DT_S, np.full(2, tau_s), None)
+    np.testing.assert_allclose(parts, whole, rtol=0.0, atol=1e-11)
+    np.testing.assert_allclose(last, memory, rtol=0.0, atol=1e-11)
+
+
 @given(tau=st.floats(1e-4, 1e3))
 @settings(max_examples=50, deadline=None)
 def test_the_filter_passes_rest_and_follows_a_ramp(tau: float) -> None:
@@ -351,7 +363,9 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
         reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3))),
     )[0]
     history = history_basis(motion.strain, 0.05)
-    searched = channel.Channel(nominal, rng.normal(size=2000), 1.0, history, (), 1.0, 0.0, history)
+    searched = channel.Channel(
+        nominal, rng.normal(size=2000), 1.0, history, (), 1.0, 0.0, 0.1, history
+    )
     for name, one in all_effects().items():
         if one.explain is None:
             continue

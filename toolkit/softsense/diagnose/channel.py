@@ -22,7 +22,7 @@ from softsense.diagnose.design import (
     Term,
     further,
 )
-from softsense.diagnose.nominal import AVERAGED_NOISE, history_basis, slow_over
+from softsense.diagnose.nominal import history_basis, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import (
     CALIBRATED,
@@ -134,13 +134,15 @@ class Channel:
         known: Sequence[str],
         own: float,
         missed: float,
+        kept: float,
         history: Floats,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
         ``own``: mean square of what the simulation itself has beside its nominal signal. Where that
         is more than noise (its random walks, its spikes), as much is no gap. ``missed``: how much
-        of it is no noise. ``history``: the ``history_basis`` of the motion.
+        of it is no noise; ``kept``: the share of the noise that is in the nominal signal.
+        ``history``: the ``history_basis`` of the motion.
         """
         square = float(np.mean(residual**2))
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
@@ -148,7 +150,7 @@ class Channel:
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         # The slow part of the simulation's noise is still in its nominal signal, and what of its
         # motion nobody could tell is not.
-        self.noise = sigma**2 + AVERAGED_NOISE * min(own, sigma**2) + missed
+        self.noise = sigma**2 + kept * min(own, sigma**2) + missed
         self.long = len(residual) > LONG * SEARCHED
         most = SEARCHED_OF_LONG if self.long else SEARCHED
         self._thin = slice(None, None, -(-len(residual) // most))
@@ -159,7 +161,7 @@ class Channel:
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self.weight_price = WEIGHT_PRICE + WEIGHT_SHARE * self.excess
         self.gain = likely_gain(residual[self._thin], sigma)
-        self._of_simulation = own, missed
+        self._of_simulation = own, missed, kept
         self._unchanged: dict[Hashable, list[Entry]] = {}
         bent = np.vander(nominal.share[self._thin], static.shape[1] // 2)
         curves = np.concatenate([static[self._thin], bent], axis=1)

@@ -185,19 +185,21 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     start_s = float(sim.t_s[0]) if sim.t_s is not None else 0.0
     temp_c = real.context.get("temp_c", sim.context.get("temp_c"))
     motion = motion_of(sim.target[:, 0], sim.dt_s, start_s, temp_c)
-    smooth = denoise(sim.codes.astype(np.float64), motion)
-    residual = real.codes.astype(np.float64) - smooth
+    codes = real.codes.astype(np.float64)
+    smooth, kept = denoise(sim.codes.astype(np.float64), motion, codes)
+    residual = codes - smooth
     lost = lost_codes(real, sim)
     coarse = sorted({int(c) for c in lost[:, 0]})
     known = [name for name in (*all_effects(), WALK) if name not in without]
     simulated = sim.codes - smooth
     own = (simulated**2).mean(axis=0)
-    missed = np.maximum(own - noise_rms(sim.codes.astype(np.float64)) ** 2, 0.0)
+    # Of fast moves, in the codes themselves, some would look like noise.
+    missed = np.maximum(own - noise_rms(simulated) ** 2, 0.0)
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)
     beside = residual - slow
     reference = reference_of(smooth, motion, lost, levels_of(beside, smooth, motion))
-    met = (smooth, real.codes.astype(np.float64))
+    met = (smooth, codes)
     plain = [f for f in variance.evident(beside, motion, coarse, met) if f.name not in without]
     alone = nominals(smooth, smooth, motion, sim.adc_bits, reference)
     # Spikes on all channels at once look like a strain; tones are kept, for a drive may ring.
@@ -211,7 +213,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     ) -> tuple[list[Channel], Vetted]:
         noise = variance.noise_beside(rest, found)
         hearing = [replace(nominal, heard=smooth + rest) for nominal in alone]
-        made = _channels(hearing, motion, rest, noise, own, missed, names)
+        made = _channels(hearing, motion, rest, noise, own, missed, kept, names)
         checked = vetted(made, search(made, names), motion, strain)
         taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
         hurt = {c for f in found if f.name == "spikes" for c in f.channels}
@@ -289,7 +291,7 @@ def _augmented(diagnosis: Diagnosis, sim: Recording) -> Recording:
     past = diagnosis.past
     low, high = float(past.target.min()), float(past.target.max())
     alone = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None, low, high)
-    codes = denoise(sim.codes.astype(np.float64), alone)
+    codes, _ = denoise(sim.codes.astype(np.float64), alone)
     # Nobody recorded how it went from one motion to the other: straight, and then a rest.
     way = np.clip(np.linspace(0.0, 2.0, round(BETWEEN_S / sim.dt_s)), 0.0, 1.0)[:, None]
     target = sim.target[:, :1]
@@ -446,13 +448,14 @@ def _channels(
     noise: Floats,
     own: Floats,
     missed: Floats,
+    kept: Floats,
     known: Sequence[str],
 ) -> list[Channel]:
     curve = _curve(motion)
     sigma = [_noise(*each) for each in zip(made, noise, np.sqrt(own), strict=True)]
 
     def channel(number: int) -> Channel:
-        squares = float(own[number]), float(missed[number])
+        squares = float(own[number]), float(missed[number]), float(kept[number])
         given = made[number], residual[:, number], sigma[number], curve, known, *squares
         return Channel(*given, motion.history)
 

@@ -24,9 +24,11 @@ BROKEN_S = (0.1, 0.5, 2.0)
 WIDTHS = np.array([0.03, 0.06, 0.1, 0.18, 0.3, 0.45, 0.6, 0.9])
 # As many of each as the processor takes at once: the rest have no weight.
 SLOW, LOOPS, FAST = 8, 8, 4
-# Weights of the average over two thirds of a second, and the share of white noise that it keeps.
-AVERAGE = np.hanning(15)[1:-1] / np.hanning(15).sum()
-AVERAGED_NOISE = float((AVERAGE**2).sum())
+# Weights of averages over two thirds of a second and less; a shorter one must be better by so much.
+AVERAGES = [np.hanning(n + 2)[1:-1] / np.hanning(n + 2).sum() for n in (13, 9, 7, 5, 3)]
+BETTER = 0.97
+# And what it keeps besides must be in the real recording to this share, or it is only noise.
+SHARED = 0.8
 # Of so many strains what all channels say of them is kept, where few samples are asked for.
 STRAINS_KEPT = 256
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
@@ -86,7 +88,7 @@ class Motion:
 
         What happens after a smaller stroke, a faster one or a rest is not seen then.
         """
-        smooth = np.convolve(self.strain, AVERAGE, "valid")
+        smooth = np.convolve(self.strain, AVERAGES[0], "valid")
         turns = np.flatnonzero(np.diff(np.sign(np.diff(smooth))) != 0) + 1
         strokes = np.diff(smooth[turns])
         paces = strokes / np.diff(turns)
@@ -232,16 +234,35 @@ def elastic_of(codes: Floats, motion: Motion) -> tuple[Curve, ...]:
     return tuple(Curve(curve) for curve in (always @ weights).T)
 
 
-def denoise(codes: Floats, motion: Motion) -> Floats:
-    """(samples, channels) nominal codes as a smooth function of strain and its history.
+def denoise(codes: Floats, motion: Motion, real: Floats | None = None) -> tuple[Floats, Floats]:
+    """(samples, channels) nominal codes as a smooth function of strain and its history; and
+    (channels,) the share of the simulation's noise that is still in them.
 
-    The noise of the simulated codes is left out, which would otherwise look like a lag.
+    The noise of the simulated codes is left out, which would otherwise look like a lag. ``real``
+    (samples, channels): codes that have what is fast of them too, where that is no noise.
     """
-    smooth = told(codes, motion)
+    smooth, kept = told(codes, motion), np.full(codes.shape[1], float((AVERAGES[0] ** 2).sum()))
     # What this cannot say is kept, averaged over two thirds of a second.
-    left = codes - smooth
-    smooth += np.stack([np.convolve(column, AVERAGE, "same") for column in left.T], axis=1)
-    return smooth
+    for channel, left in enumerate((codes - smooth).T):
+        own = averaged = np.convolve(left, AVERAGES[0], "same")
+        least = BETTER * _foretold(left, own, AVERAGES[0])
+        if real is None:
+            smooth[:, channel] += own
+            continue
+        rest = real[:, channel] - smooth[:, channel] - averaged
+        for average in AVERAGES[1:]:
+            other = np.convolve(left, average, "same")
+            error, more = _foretold(left, other, average), other - averaged
+            if error < least and float(rest @ more) > SHARED * float(more @ more):
+                own, least, kept[channel] = other, error, float((average**2).sum())
+        smooth[:, channel] += own
+    return smooth, kept
+
+
+def _foretold(signal: Floats, averaged: Floats, average: Floats) -> float:
+    """Mean square error of each sample as those around it foretell it, by their ``average``."""
+    beside = 1.0 - float(average[len(average) // 2])
+    return float(np.mean((signal - averaged) ** 2)) / beside**2
 
 
 def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) -> Reference:
