@@ -114,6 +114,7 @@ SERIAL = frozenset({MOTION, ELECTRICAL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
 # So many times longer ones are looked at less closely: at the full rate each filter takes its time.
+# Fewer of their samples are searched.
 LONG = 10
 SEARCHED_OF_LONG = 10_000
 # What an effect alone says of what no effect says, to be looked at more closely for itself.
@@ -183,8 +184,7 @@ class Channel:
     ) -> list[Entry]:
         """What an effect explains in a place, or its zoom around ``near``."""
         made = offered(self._asked(all_effects()[name], nominal), name, near, place)
-        entries = all_at_once(lambda k: self._entry(made[k], k, near, place), range(len(made)))
-        return entries
+        return all_at_once(lambda k: self._entry(made[k], k, near, place), range(len(made)))
 
     def _elsewhere(self, nominal: Nominal, name: str, there: Iterable[Entry]) -> list[Entry]:
         """The candidates ``there`` in all other places where the effect may act."""
