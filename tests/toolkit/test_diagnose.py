@@ -1165,13 +1165,15 @@ def test_a_converters_curve_is_seen_where_all_wanders() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
-def test_spikes_of_one_size_that_go_where_nothing_else_does_are_no_steps() -> None:
+def test_spikes_that_go_where_nothing_else_does_are_no_steps() -> None:
+    """All to the lowest code: it would tell them."""
     x, codes = clean(54)
     hit = np.random.default_rng(2).random(len(x)) < 0.008
-    read = np.rint(codes - 2000.0 * hit[:, None] * [1, 0, 0, 0])
-    left = read - codes + np.random.default_rng(3).normal(0.0, 1.3, codes.shape)
+    read = np.clip(np.rint(codes - 2500.0 * hit[:, None] * [1, 0, 0, 0]), 0, 4095)
+    own = np.random.default_rng(3).normal(0.0, 1.3, codes.shape)
+    left = read - codes + own
     motion = motion_of(x, 1 / RATE_HZ, 0.0, None)
-    (found,) = evident(left, motion, codes=(codes, read))
+    (found,) = findings(left, left, own, motion, False, codes=(codes, read))
     assert (found.name, found.channels) == ("spikes", (0,))
 
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 
+# So many instants are looked at first, as exactly as that; then so many near one, and closer to it.
 GRID = 65
 ON_GRID = 1e-6
-# So many instants near one, and closer to it.
 NEAR, CLOSE = 20, 13
 # What changes earlier, as a share of the recording, is a miscalibration or a drift.
 EARLIEST, LATEST = 0.05, 0.98
