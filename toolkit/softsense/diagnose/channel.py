@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import (
     COUNTED,
+    Base,
     Columns,
     Design,
     Entry,
@@ -32,6 +33,7 @@ from softsense.effects import (
     Effect,
     Nominal,
     all_effects,
+    altered,
 )
 
 Floats = NDArray[np.float64]
@@ -177,6 +179,10 @@ class Channel:
             for name in (*known[first:], *known[:first]):
                 found[name] = self._offered(nominal, name, None)
             self.gain = self._first_gain(history[self._thin])
+        thinned = self.static[self._thin]
+        rows = np.stack([residual[self._thin], np.ones(len(thinned)), *thinned.T])
+        self._base = Base(rows, None, self._together)
+        self._beside_walk = Base(rows, self.gain, self._together)
         self._take(found)
 
     def _offered(
@@ -240,7 +246,7 @@ class Channel:
         self, candidate: Candidate, number: int, near: Mapping[str, float] | None, place: str
     ) -> Entry:
         columns = self._searched(candidate).astype(np.float32, order="F")
-        return Entry((), replace(candidate, made=NOTHING), columns, number, near, place)
+        return Entry((), altered(candidate, made=NOTHING), columns, number, near, place)
 
     def _searched(self, candidate: Candidate) -> Floats:
         """(searched samples, p) the columns of a candidate."""
@@ -249,9 +255,7 @@ class Channel:
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
-        static = self.static[self._thin]
-        base = np.stack([self.residual[self._thin], np.ones(len(static)), *static.T])
-        begin = len(base)
+        begin = len(self._base.rows)
         self.entries: dict[str, list[Entry]] = {}
         self.groups: dict[str, Group] = {}
         for name, entries in found.items():
@@ -274,9 +278,11 @@ class Channel:
                 laid.append(entry.laid(at, made.setdefault(at, columns)))
             begin += len(rows)
             self.entries[name], self.groups[name] = laid, Group(laid, rows)
-        self.design = Design(base, self.groups, together=self._together)
+        self.design = Design(self._base, self.groups)
         # How effects show beside a walk: what the past does not foresee of them.
-        self.walking = Design(base, self.groups, self.gain, self._together)
+        if self._beside_walk.gain != self.gain:
+            self._beside_walk = Base(self._base.rows, self.gain, self._together)
+        self.walking = Design(self._beside_walk, self.groups)
         self._fits: dict[tuple[tuple[Pick, ...], int], Fit] = {}
         self._prices: dict[int, tuple[Fit, float]] = {}
         self._worths: dict[tuple[tuple[Pick, ...], int, str], tuple[Floats, Floats]] = {}
@@ -353,12 +359,32 @@ class Channel:
 
     def fine(self, nominal: Nominal, name: str, values: Mapping[str, float], form: str) -> Entry:
         """The candidate of an effect with any ``values``, of a nominal signal."""
+        number, candidate = self.between(nominal, name, values, form)
+        # As exactly as can be: what a small step does is a difference.
+        columns = self._searched(candidate)
+        near = {EXACTLY: 1.0, **values}
+        return Entry((), altered(candidate, made=NOTHING), columns, number, near, "")
+
+    def between(
+        self, nominal: Nominal, name: str, values: Mapping[str, float], form: str
+    ) -> tuple[int, Candidate]:
+        """The number of that candidate of those with its values, and itself."""
         near = {EXACTLY: 1.0, **values}
         made = offered(self._asked(all_effects()[name], nominal), name, near, "")
         number = next((k for k, candidate in enumerate(made) if candidate.form == form), 0)
-        # As exactly as can be: what a small step does is a difference.
-        columns = self._searched(made[number])
-        return Entry((), replace(made[number], made=NOTHING), columns, number, near, "")
+        return number, made[number]
+
+    def said_by_all(self, strain: Floats) -> Floats:
+        """(channels, searched samples) codes that all channels would give for another ``strain``
+        (samples,)."""
+        return self.nominal.all_respond(strain, self._thin)
+
+    def changed_by(self, said: Floats) -> Floats:
+        """(searched samples,) the change of the channel's codes where ``said`` (channels, searched
+        samples) is what all channels say of another strain."""
+        nominal = self.nominal
+        change: Floats = said[nominal.channel] - nominal.respond(nominal.strain, self._thin)
+        return change
 
     def left_by(self, fit: Fit, picks: Iterable[Pick]) -> Floats:
         """(searched samples,) of the residual that these ``picks`` of a fit and its static part
@@ -453,7 +479,9 @@ class Channel:
                     settled = self._settled(then, now)
                     if settled:
                         made.append(now)
-                    if settled and self.price(now) > before - self.effect_price:
+                    # A motion alone has nothing to act on, and nothing near it is tried.
+                    alone = self.held(now) == picks and len(picks) == 1
+                    if settled and (alone or self.price(now) > before - self.effect_price):
                         break
                     before = self.price(now)
         return made
@@ -521,7 +549,7 @@ class Channel:
                 nominal = self.nominal.acting_on(self.nominal.u + done, moved)
             if all_effects()[name].stage == MOTION:
                 again = self._again(nominal, name, self.entries[name][number])
-                made[name] = [replace(again, nominal=nominal)]
+                made[name] = [altered(again, nominal=nominal)]
             elif read or change.any():
                 made[name] = self._upon(nominal, name, number)
             else:
@@ -538,7 +566,7 @@ class Channel:
         made = [self._again(nominal, name, entry), *self._elsewhere(nominal, name, [entry])]
         near = None if all_effects()[name].zoom is None else dict(entry.candidate.values)
         made += self._offered(nominal, name, near, entry.place)
-        return [replace(other, nominal=nominal) for other in made]
+        return [altered(other, nominal=nominal) for other in made]
 
     def _again(self, nominal: Nominal, name: str, entry: Entry) -> Entry:
         """A candidate of another nominal signal."""
@@ -556,7 +584,7 @@ class Channel:
             if self.long and entry.near is not None:
                 # It was looked at closely, which takes long.
                 again = self._again(self.nominal, name, entry)
-                self._unchanged[key] = [replace(again, nominal=self.nominal)]
+                self._unchanged[key] = [altered(again, nominal=self.nominal)]
             else:
                 self._unchanged[key] = self._upon(self.nominal, name, number)
         return self._unchanged[key]

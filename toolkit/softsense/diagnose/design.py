@@ -10,7 +10,7 @@ its fit has not seen takes those per block, of every sample of the few columns t
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import combinations_with_replacement
 from typing import Any
 
@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose.walk import innovations
-from softsense.effects import MARKS, Candidate, Nominal
+from softsense.effects import MARKS, Candidate, Nominal, altered
 from softsense.effects.operators import compiled
 
 Floats = NDArray[np.float64]
@@ -61,11 +61,11 @@ class Entry:
 
     def laid(self, at: tuple[int, ...], columns: Columns) -> Entry:
         """The same ``at`` a place in a table, whose ``columns`` these are."""
-        return Entry(at, self.candidate, columns, self.number, self.near, self.place, self.nominal)
+        return altered(self, at=at, columns=columns)
 
     def apart(self) -> Entry:
         """The same in no table."""
-        return replace(self, at=())
+        return altered(self, at=())
 
     def said(self, weights: Floats) -> Floats:
         """(samples,) of the columns with these weights, as exactly as the columns are."""
@@ -139,69 +139,91 @@ class Group:
         self.further = np.array([further(entry.candidate) for entry in entries])
 
 
+class Base:
+    """What stands before all effects, laid out once for every table of a channel."""
+
+    def __init__(self, rows: Floats, gain: float | None = None, together: int = 1) -> None:
+        """``rows``: columns, each a row (…, samples), first the residual. ``gain``: of a walk,
+        whose innovations all columns are. ``together``: so many samples make one where candidates
+        are chosen."""
+        self.rows: Floats = np.ascontiguousarray(rows)
+        self.gain, self.together = gain, together
+        self.whole = self.unforeseen(self.rows)
+        self.chosen_by = -(-rows.shape[1] // together)
+        self.laid = np.empty((len(rows), self.chosen_by), dtype=np.float32)
+        # The residual keeps its size; of the others it is 1 from here on.
+        self.scale = np.array(
+            [self.lay(row, self.laid[k], not k) for k, row in enumerate(self.rows)]
+        )
+        sizes = self.scale[:, None] * self.scale
+        self.per_block: Floats = _block_products(self.whole, self.whole, BLOCKS) / sizes
+        self.squares: Floats = self.per_block[:, 0, 0]
+
+    def unforeseen(self, rows: NDArray[Any]) -> NDArray[Any]:
+        """(n, samples) as they are, or beside a walk what their past does not foresee."""
+        return rows if self.gain is None else innovations(rows.T, self.gain).T
+
+    def lay(self, row: NDArray[Any], out: NDArray[np.float32], keeps: bool = False) -> float:
+        """Write a column of size 1, or as it is where it ``keeps`` it, into ``out``; its size."""
+        if self.gain is not None:
+            row = self.unforeseen(row[None])[0]
+        size: float = _laid(row, self.together, out, keeps)
+        return size
+
+
 class Design:
     """Inner products of one channel's residual, static curve and effects' columns."""
 
-    def __init__(
-        self,
-        base: Floats,
-        groups: Mapping[str, Group] | None = None,
-        gain: float | None = None,
-        together: int = 1,
-    ) -> None:
-        """``base``: columns, each a row (…, samples), first the residual, and then those of each of
-        the ``groups``; a column's number counts through. ``gain``: of a walk, whose innovations all
-        are. ``together``: so many samples make one where candidates are chosen."""
-        self._groups, self._gain, self._together = groups or {}, gain, together
-        parts: dict[str, Sequence[NDArray[Any]]] = {BASE: list(base)}
+    def __init__(self, base: Base, groups: Mapping[str, Group] | None = None) -> None:
+        """The columns of ``base``, and then those of each of the ``groups``; a column's number
+        counts through."""
+        self._before, self._groups = base, groups or {}
+        parts: dict[str, Sequence[NDArray[Any]]] = {BASE: list(base.rows)}
         parts |= {name: group.rows for name, group in self._groups.items()}
         self._columns = [np.ascontiguousarray(row) for part in parts.values() for row in part]
         ends = np.cumsum([len(part) for part in parts.values()])
         begins = [0, *ends[:-1]]
         self._spans = dict(zip(parts, map(slice, begins, ends), strict=True))
-        self.samples = base.shape[1]
-        self.chosen_by = -(-self.samples // together)
+        self.samples, self.chosen_by = base.rows.shape[1], base.chosen_by
         # Memory that is never written takes no room. To choose, half the digits are enough.
         self._rows = np.empty((ends[-1], self.chosen_by), dtype=np.float32)
         # Of a symmetric matrix, what is on the diagonal and right of it.
         self._total = np.empty((ends[-1], ends[-1]), dtype=np.float32)
         self._scale = np.empty(ends[-1])
-        self._laid: set[str] = set()
+        self._laid = {BASE}
         self._multiplied: set[tuple[str, str]] = set()
         self._ready: set[tuple[str, ...]] = set()
         self._wholes: dict[tuple[int, ...], Floats] = {}
         self._tiles: dict[tuple[tuple[int, ...], tuple[int, ...]], Floats] = {}
         self._grams: dict[tuple[tuple[int, ...], ...], Floats] = {}
-        self._base = tuple(range(len(base)))
+        count = len(base.rows)
+        self._rows[:count], self._scale[:count] = base.laid, base.scale
+        self._base = tuple(range(count))
+        self._tiles[self._base, self._base] = base.per_block
         # The residual stands first, and the offset before the curve, which includes it.
-        self._static = {0: [], 1: [1], len(base) - 2: list(range(2, len(base)))}
-        self._lay(BASE)
+        self._static = {0: [], 1: [1], count - 2: list(range(2, count))}
 
     def _lay(self, name: str) -> None:
-        """Write the rows of an effect: of size 1 from here on; the residual keeps its own."""
+        """Write the rows of an effect."""
         if name in self._laid:
             return
         self._laid.add(name)
         span = self._spans[name]
         for number in range(span.start, span.stop):
-            row = self._unforeseen(self._columns[number][None])[0]
-            keeps = number == 0
-            self._scale[number] = _laid(row, self._together, self._rows[number], keeps)
+            self._scale[number] = self._before.lay(self._columns[number], self._rows[number])
 
     def _whole(self, columns: tuple[int, ...]) -> Floats:
         """(n, samples) of the columns, or their innovations, each of its own size."""
+        if columns == self._base:
+            return self._before.whole
         if columns in self._wholes:
             # What was asked longest ago is the first to go.
             self._wholes[columns] = self._wholes.pop(columns)
             return self._wholes[columns]
         _make_room(self._wholes)
         rows = np.array([self._columns[number] for number in columns], dtype=np.float64)
-        self._wholes[columns] = self._unforeseen(rows)
+        self._wholes[columns] = self._before.unforeseen(rows)
         return self._wholes[columns]
-
-    def _unforeseen(self, rows: NDArray[Any]) -> NDArray[Any]:
-        """(n, samples) as they are, or beside a walk what their past does not foresee."""
-        return rows if self._gain is None else innovations(rows.T, self._gain).T
 
     def _multiply(self, first: str, second: str) -> None:
         """See to it that the products of two effects' columns are there.
@@ -231,8 +253,7 @@ class Design:
     @property
     def squares(self) -> Floats:
         """(blocks,) squares of the residual."""
-        squares: Floats = self._per_block((0,), (0,))[:, 0, 0]
-        return squares
+        return self._before.squares
 
     def _index(self, terms: Sequence[Term], static: int) -> tuple[NDArray[np.intp], Floats, Floats]:
         """Columns, the signs of the last of them (fixed ones, the residual), and what the square of

@@ -214,7 +214,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         noise = variance.noise_beside(rest, found)
         hearing = [replace(nominal, heard=smooth + rest) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, kept, names)
-        checked = vetted(made, search(made, names), motion, strain)
+        checked = vetted(made, search(made, names, strain), motion, strain)
         taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
         hurt = {c for f in found if f.name == "spikes" for c in f.channels}
         return made, _without_tails(made, checked, {c: float(taken[c]) for c in hurt})

@@ -196,10 +196,7 @@ def _fitted(
         return made
 
     def left(theta: Floats) -> Floats:
-        made = values(theta)
-        said = (_entries(channel, made, forms) for channel, _ in active)
-        moved = [sum(entry.columns[:, 0] for entry in entries.values()) for entries in said]
-        rest: Floats = (rests - np.stack(moved)) / sigmas
+        rest: Floats = (rests - _changes(active, values(theta), forms)) / sigmas
         return rest
 
     theta = np.array([begun[name][key] for name, key in keys])
@@ -227,6 +224,23 @@ def _fitted(
             break
         damping = damping / 4.0 if gained > 0.0 else 5.0 * damping
     return values(theta)
+
+
+def _changes(
+    active: Sequence[tuple[Channel, Fit]], values: Values, forms: Mapping[str, str]
+) -> Floats:
+    """(channels, searched samples) what effects of the motion change on each channel."""
+    channels = [channel for channel, _ in active]
+    if len(values) == 1:
+        (name,) = values
+        first = channels[0]
+        _, candidate = first.between(first.nominal, name, values[name], forms[name])
+        if candidate.by_strain and candidate.moved is not None:
+            # One strain, and what all say of it at once.
+            said = first.said_by_all(candidate.moved())
+            return np.stack([channel.changed_by(said) for channel in channels])
+    made = [_entries(channel, values, forms) for channel in channels]
+    return np.stack([sum(entry.columns[:, 0] for entry in each.values()) for each in made])
 
 
 def _entries(channel: Channel, values: Values, forms: Mapping[str, str]) -> dict[str, Entry]:

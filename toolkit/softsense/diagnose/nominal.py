@@ -476,6 +476,10 @@ def nominals(
                 kept.popitem(last=False)
         return said
 
+    def all_respond(strain: Floats, keep: slice) -> Floats:
+        said: Floats = _said(strain, motion.dt_s, keep.step or 1, *given)
+        return said
+
     def respond_of(channel: int) -> Callable[[Floats, slice], Floats]:
         alone = tuple(each[channel : channel + 1] for each in (given[0], given[3]))
 
@@ -505,6 +509,7 @@ def nominals(
             strain=motion.strain,
             dt_s=motion.dt_s,
             respond=respond_of(channel),
+            all_respond=all_respond,
             largest=motion.largest,
             reference=reference,
             start_s=motion.start_s,

@@ -236,10 +236,13 @@ def _on_the_same(fits: Sequence[Fit], names: Names) -> bool:
     return len(names) > 1 and len(named) < len(fits) and all(each == names for each in named)
 
 
-def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
+def search(
+    channels: Sequence[Channel], names: Sequence[str], strain: moved.Together
+) -> list[Model]:
     """Models by price, cheapest first: none, every single effect, and what builds on the best.
 
-    The grids are looked at coarsely first, then closely where a fit has chosen a point.
+    The grids are looked at coarsely first, then closely where a fit has chosen a point. A motion is
+    fitted closely for itself where any ``strain`` could say much.
     """
     coarse = _models(channels, names)
     if not coarse[0].names:
@@ -269,11 +272,13 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
     common = {pick for pick, count in votes.most_common(1)}
     fitted: list[dict[str, list[Entry]]] = [{} for _ in channels]
     gap = sum(channel.excess for channel in channels)
+    # Whatever moves the strain says no more than one that is free.
+    may_move = not np.isfinite(strain.left) or strain.left < MOVES * strain.gap
     for name in sorted(moving() & set(names)):
         votes = Counter(pick for picks in chosen for pick in sorted(picks) if pick[0] == name)
         common |= {pick for pick, count in votes.most_common(CLOSELY)}
         alone = moved.chosen(channels, [c.best(frozenset()) for c in channels], {}, name)
-        if alone is None:
+        if alone is None or not may_move:
             continue
         picks = [moved.picks_of(channel, {name: alone}) for channel in channels]
         common |= {pick for own in picks for pick in own}
@@ -304,7 +309,8 @@ def search(channels: Sequence[Channel], names: Sequence[str]) -> list[Model]:
         enough = HOPELESS * _left(channels, fine[0])
     elif _without_motion(channels, fine[0]):
         enough = MOVES * gap
-    moves = [_moves(channels, name, enough) for name in sorted(moving() & set(names))]
+    closely = sorted(moving() & set(names)) if may_move else []
+    moves = [_moves(channels, name, enough) for name in closely]
     fine = by_price([*fine, *moves])
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from softsense.diagnose import variance
 from softsense.diagnose.channel import WALK, Channel
-from softsense.diagnose.design import Design, Group, Term
+from softsense.diagnose.design import Base, Design, Group, Term
 from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion
 from softsense.diagnose.search import (
@@ -272,7 +272,7 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
         columns = tuple(range(1, table.shape[1]))
         term = Term("history", columns, stiff=channel.sigma**2)
         told_by = Group((), list(table[:, :-1].T))
-        errors, _ = Design(table[:, -1:].T, {"history": told_by}).fit([term])
+        errors, _ = Design(Base(table[:, -1:].T), {"history": told_by}).fit([term])
         noise = len(walk) * channel.sigma**2
         told = float((table[:, -1] ** 2).sum() - errors.sum())
         if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:

@@ -23,7 +23,7 @@ import pkgutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -33,6 +33,7 @@ from softsense.errors import SoftsenseError
 Floats = NDArray[np.float64]
 # Everything that an effect remembers: arrays, numbers and the state of its random generator.
 State = dict[str, Any]
+Of = TypeVar("Of")
 Stage = Literal["motion", "material", "electrical"]
 STAGES: tuple[Stage, ...] = ("motion", "material", "electrical")
 
@@ -169,9 +170,10 @@ class Nominal:
     ``codes``: (samples, channels) noiseless nominal codes of all channels; ``heard``: what these
     channels really read, with all their effects; ``channel``: which is meant. ``strain``:
     (samples,) share of the range; ``respond(strain, keep)``: codes that the channel would give for
-    another strain, at the samples ``keep``. ``start_s``: time of the first sample since the
-    experiment began; ``largest``: (samples,) largest strain so far. ``keep``: the samples that
-    traces are asked for; an effect may give them for all.
+    another strain, at the samples ``keep``; ``all_respond`` those of all (channels, samples).
+    ``start_s``: time of the first sample since the experiment began; ``largest``: (samples,)
+    largest strain so far. ``keep``: the samples that traces are asked for; an effect may give them
+    for all.
     """
 
     codes: Floats
@@ -180,6 +182,7 @@ class Nominal:
     strain: Floats
     dt_s: float
     respond: Callable[[Floats, slice], Floats]
+    all_respond: Callable[[Floats, slice], Floats]
     largest: Floats
     reference: Reference
     start_s: float = 0.0
@@ -303,6 +306,13 @@ class Nominal:
         return change
 
 
+def altered(one: Of, **changes: Any) -> Of:
+    """``dataclasses.replace`` of a frozen ``one``, where a search makes many thousands of them."""
+    result = object.__new__(type(one))
+    vars(result).update(vars(one), **changes)
+    return result
+
+
 @dataclass(frozen=True)
 class Candidate:
     """What an effect would add to a channel's codes, up to weights: ``columns`` (samples, p).
@@ -315,7 +325,8 @@ class Candidate:
     effect is an exact equation. ``largest``: weights beyond it are not physical, nor those beyond
     ``alone`` where the others are next to nothing, or of the first ``quick`` ones together;
     ``positive``: nor those below 0. ``moved()``: (samples,) the strain that reaches the sensor,
-    where that is what the effect changes.
+    where that is what the effect changes; ``by_strain``: the columns are just what the channel says
+    of it, less what it says of the nominal strain.
     """
 
     made: Floats | Callable[[], Floats]
@@ -331,6 +342,7 @@ class Candidate:
     positive: bool = False
     straight: bool = False
     moved: Callable[[], Floats] | None = None
+    by_strain: bool = False
 
     @property
     def columns(self) -> Floats:
@@ -350,19 +362,19 @@ class Candidate:
             result: Floats = columns * here[:, None]
             return result
 
-        return replace(self, made=made, values={**self.values, place: 1.0})
+        return altered(self, made=made, values={**self.values, place: 1.0})
 
     def calibrated(self, less: Callable[[Floats], Floats]) -> Candidate:
         """The same beside a simulator whose curve was fitted to what the effect makes of it, which
         is ``less`` then (``Nominal.calibration``)."""
         values = {**self.values, CALIBRATED: 1.0}
-        return replace(self, made=lambda: less(self.columns), values=values)
+        return altered(self, made=lambda: less(self.columns), values=values)
 
     def leaking(self, through: float) -> Candidate:
         """The same where this part of the signal comes through unchanged."""
         values = {**self.values, "through": through}
         less = 1.0 - through
-        return replace(self, made=lambda: less * self.columns, values=values, form="leaking")
+        return altered(self, made=lambda: less * self.columns, values=values, form="leaking")
 
 
 @dataclass(frozen=True)

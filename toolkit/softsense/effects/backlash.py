@@ -313,7 +313,8 @@ def _trace(
     nominal: Nominal, moved: Callable[[], Floats], values: Mapping[str, float], form: str
 ) -> Candidate:
     """What the channel says of the strain that is ``moved`` less what it says of the strain."""
-    return Candidate(partial(_change, nominal, moved), values, form, fixed=True, moved=moved)
+    made = partial(_change, nominal, moved)
+    return Candidate(made, values, form, fixed=True, moved=moved, by_strain=True)
 
 
 def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
