@@ -577,6 +577,22 @@ def test_a_gain_of_what_is_no_signal_where_it_begins_is_a_gain() -> None:
     ]
 
 
+@pytest.mark.parametrize("zero", [0.0, 2048.0])
+@pytest.mark.parametrize("course", ["always", "growing", "running in"])
+def test_a_gain_of_all_that_is_read_is_a_gain(zero: float, course: str) -> None:
+    """A converter's reference or the amplifier of a bridge: its zero is not where sensors rest."""
+    x, codes = clean(45)
+    t = np.arange(len(x)) / len(x)
+    grown = {"always": np.ones_like(t), "growing": t, "running in": np.exp(-5.0 * t)}[course]
+    more = 0.02 * grown[:, None] * (codes - zero)
+    more[:, 1] = 0.0
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("gain", ["s1", "s3", "s4"])
+    ]
+    assert np.std(change_of(result, 12) - more) < 1.0
+
+
 def test_a_coarse_plane_of_relays_is_hysteresis_alone() -> None:
     """Its steps are at the same strains again and again, and wide relays begin switched off."""
     x, codes = clean(57)

@@ -30,6 +30,13 @@ FATIGUE = (0.35, 0.5, 0.7, 0.85)
 TRANSFERRED = (-0.25, -0.07, 0.07, 0.25)
 NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
 ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
+# Where the signal is 0 besides: where the recording begins, the converter's zero, its middle (a
+# bridge), and where nothing is strained.
+REST = 0
+ZEROS = (REST, 1, 2, 3)
+FROM = "from"
+# How a gain goes over the kept samples, its parameters and its form.
+Course = tuple[Floats | float, Mapping[str, float], str]
 
 
 def simulate(
@@ -56,19 +63,17 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """In proportion to the signal: constant, or growing with time or with the way gone; to the
     resistance, whose voltage is read behind a divider; or to the strain, not all of which reaches
     the sensor. What is no signal need not be where the recording begins."""
-    t, moved = _time(nominal), _moved(nominal)
+    usual = [*_usual(nominal), *_settling(nominal, (0.05, 0.15, 0.4), (1.0,))]
     return [
-        Candidate(moved[:, None], {}, "constant"),
+        *_grown(nominal, [(1.0, {}, "constant")], ZEROS),
         *_about(nominal, ABOUT),
         *_divided(nominal),
         *_transferred(nominal, TRANSFERRED),
-        Candidate((moved * t)[:, None], {}, "ageing"),
-        Candidate((moved * np.sqrt(t))[:, None], {}, "cycles"),
-        *_cycles(nominal, FATIGUE),
-        *_induced(nominal, (0.15, 0.3, 0.45), (0.1,)),
-        *_logarithmic(nominal, (2.0, 20.0)),
-        *_settling(nominal, (0.05, 0.15, 0.4), (1.0,)),
-        *_settling(nominal, (0.2, 0.35, 0.6), (1.5, 2.0)),
+        *_grown(nominal, usual, ZEROS),
+        *_grown(nominal, _cycles(nominal, FATIGUE)),
+        *_grown(nominal, _induced(nominal, (0.15, 0.3, 0.45), (0.1,))),
+        *_grown(nominal, _logarithmic(nominal, (2.0, 20.0))),
+        *_grown(nominal, _settling(nominal, (0.2, 0.35, 0.6), (1.5, 2.0))),
     ]
 
 
@@ -80,18 +85,43 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "transferred" in values:
         near = values["transferred"] * np.geomspace(0.5, 1.6, 7)
         return explain(nominal) + _transferred(nominal, near.tolist())
+    from_zero = (int(values.get(FROM, REST)),)
     if "ways" in values:
-        return _logarithmic(nominal, (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist())
+        ways = (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist()
+        return _grown(nominal, _logarithmic(nominal, ways), from_zero)
     if "begins" in values:
         near = (values["begins"] + np.array([-0.05, -0.025, 0.0, 0.025, 0.05])).tolist()
-        return _induced(nominal, near, (0.03, 0.06, 0.1, 0.15, 0.2))
+        return _grown(nominal, _induced(nominal, near, (0.03, 0.06, 0.1, 0.15, 0.2)), from_zero)
     if "power" in values:
         powers = (values["power"] * np.array([0.8, 0.9, 1.1, 1.2])).tolist()
-        return explain(nominal) + _cycles(nominal, powers)
+        return explain(nominal) + _grown(nominal, _cycles(nominal, powers), from_zero)
     if "part" in values:
         parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
-        return _settling(nominal, parts, (0.8, 1.0, 1.25, 1.5, 1.75, 2.0))
+        orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0)
+        return _grown(nominal, _settling(nominal, parts, orders), from_zero)
+    if FROM in values:
+        some = [
+            *_usual(nominal),
+            *_cycles(nominal, FATIGUE),
+            *_induced(nominal, (0.15, 0.3, 0.45), (0.1,)),
+            *_logarithmic(nominal, (2.0, 20.0)),
+        ]
+        return _grown(nominal, some, from_zero)
     return explain(nominal) + _about(nominal, ANYWHERE)
+
+
+def _grown(
+    nominal: Nominal, courses: Sequence[Course], zeros: Sequence[int] = (REST,)
+) -> list[Candidate]:
+    """The signal, from each of ``zeros`` of ``ZEROS``, times each of ``courses``."""
+    result = []
+    for zero in zeros:
+        moved, mark = _moved(nominal, zero), {} if zero == REST else {FROM: float(zero)}
+        result += [
+            Candidate((moved * course)[:, None], {**values, **mark}, form)
+            for course, values, form in courses
+        ]
+    return result
 
 
 def _time(nominal: Nominal) -> Floats:
@@ -100,9 +130,10 @@ def _time(nominal: Nominal) -> Floats:
     return t
 
 
-def _moved(nominal: Nominal) -> Floats:
-    """(kept samples,) codes from rest."""
-    moved: Floats = nominal.u[nominal.keep] - nominal.rest
+def _moved(nominal: Nominal, zero: int = REST) -> Floats:
+    """(kept samples,) codes from one of ``ZEROS``."""
+    at = nominal.rest, 0.0, 0.5 * nominal.full_scale, float(nominal.curve.codes[0])
+    moved: Floats = nominal.u[nominal.keep] - at[zero]
     return moved
 
 
@@ -121,46 +152,44 @@ def _about(nominal: Nominal, zeros: Sequence[float]) -> list[Candidate]:
     ]
 
 
-def _cycles(nominal: Nominal, powers: Sequence[float]) -> list[Candidate]:
+def _usual(nominal: Nominal) -> list[Course]:
+    """With time, and with its root."""
+    t = _time(nominal)
+    return [(t, {}, "ageing"), (np.sqrt(t), {}, "cycles")]
+
+
+def _cycles(nominal: Nominal, powers: Sequence[float]) -> list[Course]:
     """With powers of the way gone."""
-    moved, way = _moved(nominal), _way(nominal)
-    return [
-        Candidate((moved * way**power)[:, None], {"power": power}, "cycles") for power in powers
-    ]
+    way = _way(nominal)
+    return [(way**power, {"power": power}, "cycles") for power in powers]
 
 
-def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
+def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Course]:
     """With the logarithm of the way gone."""
-    moved, way = _moved(nominal), _way(nominal)
-    return [
-        Candidate((moved * np.log1p(way / one))[:, None], {"ways": one}, "logarithmic")
-        for one in ways
-    ]
+    way = _way(nominal)
+    return [(np.log1p(way / one), {"ways": one}, "logarithmic") for one in ways]
 
 
-def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float]) -> list[Candidate]:
-    """From one gain to another in such a part of 400 s (Weibull; Avrami where it begins slowly)."""
-    t, moved = _time(nominal), _moved(nominal)
-    return [
-        Candidate(
-            (moved * -np.expm1(-((t / part) ** order)))[:, None],
-            {"part": part, "order": order},
-            "settling",
-        )
-        for part in parts
-        for order in orders
-    ]
+def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float]) -> list[Course]:
+    """From one gain to another in such a part of 400 s (Weibull; Avrami where it begins slowly):
+    right at first, or in the end."""
+    t = _time(nominal)
+    result: list[Course] = []
+    for part in parts:
+        for order in orders:
+            ahead, values = np.exp(-((t / part) ** order)), {"part": part, "order": order}
+            result += [(1.0 - ahead, values, "settling"), (ahead, values, "running in")]
+    return result
 
 
-def _induced(nominal: Nominal, begins: Sequence[float], widths: Sequence[float]) -> list[Candidate]:
+def _induced(nominal: Nominal, begins: Sequence[float], widths: Sequence[float]) -> list[Course]:
     """Growing with time from an instant on, in 400 s, as what is consumed first holds it off."""
-    t, moved = _time(nominal), _moved(nominal)
-    result = []
+    t = _time(nominal)
+    result: list[Course] = []
     for begin in begins:
         for width in widths:
             grown = np.logaddexp(0.0, (t - begin) / width) - np.logaddexp(0.0, -begin / width)
-            values = {"begins": begin, "width": width}
-            result.append(Candidate((moved * width * grown)[:, None], values, "ageing"))
+            result.append((width * grown, {"begins": begin, "width": width}, "ageing"))
     return result
 
 
