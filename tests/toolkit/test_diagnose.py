@@ -393,6 +393,65 @@ def test_overshoot_may_be_larger_one_way() -> None:
     assert result.effects == ("overshoot",)
 
 
+def test_overshoot_may_be_over_at_once() -> None:
+    rng = np.random.default_rng(0)
+    times, turns = np.cumsum(rng.uniform(0.5, 4.0, 1000)), rng.uniform(0.0, 1.0, 1000)
+    x = np.interp(np.arange(SAMPLES) / RATE_HZ, times, turns)
+    codes, speed = sensed(x), np.abs(np.gradient(x)) * RATE_HZ
+    more = np.array([20.0, -10.0, 8.0, 0.0]) * speed[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
+    assert result.effects == ("overshoot",)
+    assert np.std(change_of(result, 12) - more) < 0.1
+
+
+def test_a_gain_under_a_motion_that_never_rests_is_no_overshoot() -> None:
+    """Where all breaks all the time, what is broken shows as the signal does."""
+    rng = np.random.default_rng(0)
+    t = np.arange(SAMPLES) / RATE_HZ
+    turns = 2.0 * np.pi * rng.uniform(0.02, 0.8, 4) * t[:, None] + rng.uniform(0.0, 6.0, 4)
+    x = np.sin(turns) @ np.array([1.0, 0.6, 0.5, 0.3])
+    x = (x - x.min()) / np.ptp(x)
+    columns = []
+    for _ in range(4):
+        s = x + rng.uniform(-0.3, 0.4) * x**2
+        zero, span = rng.uniform(800, 2600), rng.uniform(400, 900) * rng.choice([-1, 1])
+        share = rng.uniform(0.05, 0.2)
+        slow = filtered(s[:, None], rng.uniform(1.0, 8.0))[:, 0]
+        columns.append(zero + span * (s + share * (slow - s)))
+    codes = np.stack(columns, axis=1)
+    signs, zeros = rng.choice([-1, 1], 4), rng.uniform(-300.0, 300.0, 4)
+    made = codes + 0.03 * signs * (codes - codes.mean(axis=0) + zeros)
+    assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("gain",)
+
+
+def test_a_clock_that_wandered_is_foretold_to_be_where_it_mostly_was() -> None:
+    x = random_motion(SAMPLES + 4000, 2.0 / RATE_HZ, 48)
+    index = np.arange(len(x), dtype=float)
+    at = np.linspace(0.0, SAMPLES, 15)
+    knots = 0.08 * np.random.default_rng(3).normal(size=15)
+    knots[-2:] = 0.3
+    late_s = np.where(index < SAMPLES, np.interp(index, at, knots), 0.0)
+    codes = sensed(x)
+    made = np.stack([np.interp(index - late_s * RATE_HZ, index, c) for c in codes.T], axis=1)
+    first, then = slice(0, SAMPLES), slice(SAMPLES, None)
+    given = recorded(x[first], codes[first], 1), recorded(x[first], made[first], 2)
+    result = diagnose(*given)
+    assert result.effects == ("delay",)
+    later = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
+    # The last delay would be 0.3 s off.
+    off = np.stack([np.interp(index - 0.1 * RATE_HZ, index, c) for c in codes.T], axis=1)
+    assert np.std((later - made[then])[1000:]) < np.std((off - made)[then][1000:])
+
+
+def test_a_drivers_smoothing_of_less_than_a_sample_is_a_lag() -> None:
+    x = random_motion(SAMPLES, 4.0 / RATE_HZ, 47)
+    codes = sensed(x)
+    hurt = codes.copy()
+    hurt[:, 1:3] = filtered(codes, 0.042)[:, 1:3]
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("lag", ["s2", "s3"])]
+
+
 def test_overshoot_may_come_sooner_than_it_goes() -> None:
     x, codes = clean(15)
     rate = np.gradient(x) * RATE_HZ

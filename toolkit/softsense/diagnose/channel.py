@@ -66,6 +66,8 @@ CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
 # Per sample: such a curve is one of its own where the effect adds less to it.
 IDLE = 0.06
+# And what goes with the strain rate, where it is no more than so much of all that it does.
+MOST_CURVED = 0.1
 # Per sample: a second parameter of an equation, and each further one. Where two equations leave
 # nearly nothing, which leaves less says how well the nominal signal is known.
 PARAMETER_PRICE = 0.01
@@ -290,7 +292,7 @@ class Channel:
         self._best: dict[tuple[frozenset[str], Held], Fit] = {}
         self._by_fewer: dict[int, bool] = {}
         self._numbers: dict[str, dict[Key, int]] = {}
-        self._beside_curves: dict[Hashable, float] = {}
+        self._beside_curves: dict[Hashable, tuple[float, float]] = {}
         self._within: dict[tuple[frozenset[str], Held], Fit] = {}
 
     def zoom(
@@ -653,11 +655,12 @@ class Channel:
 
     def idle(self, fit: Fit, lasting: bool) -> list[str]:
         """Effects of the past (``lasting``) whose columns hold a curve, and that add little else to
-        it; or else a converter's curve that is little else than straight."""
+        it, or of the strain rate that do little else than a curve; or else a converter's curve that
+        is little else than straight."""
         result = []
         for (name, number), weights in self.weighted(fit):
             effect, entry = all_effects()[name], self.entries[name][number]
-            curved = effect.lasting and entry.candidate.curved
+            curved = effect.lasting and (entry.candidate.curved or effect.by_rate)
             if not (curved if lasting else effect.bent):
                 continue
             key = name, number, weights.tobytes()
@@ -665,8 +668,10 @@ class Channel:
                 said = entry.said(weights)
                 curves = self._straight if effect.bent else self._curves
                 beyond = said - curves @ (curves.T @ said)
-                self._beside_curves[key] = float((beyond**2).sum()) / self.sigma**2
-            if self._beside_curves[key] < IDLE * self.samples:
+                most = MOST_CURVED * float(said.var()) if effect.by_rate else 0.0
+                self._beside_curves[key] = float((beyond**2).mean()), most
+            beside, most = self._beside_curves[key]
+            if beside < max(IDLE * self.sigma**2, most):
                 result.append(name)
         return result
 

@@ -407,8 +407,9 @@ class Effect:
     ``memoryless``: its traces at an instant follow from the nominal signals at that instant, or
     nearly so from as few as a search of a long recording looks at.
     ``lasting``: it depends on what was before, and has a mean curve over the strain besides, which
-    the calibration of a simulator takes in. ``bent``: it is a curve of the codes, of which what is
-    straight is none of it.
+    the calibration of a simulator takes in. ``by_rate``: what does not change with how fast the
+    strain changes is none of it. ``bent``: it is a curve of the codes, of which what is straight is
+    none of it.
     """
 
     name: str
@@ -428,6 +429,7 @@ class Effect:
     exact: bool = False
     memoryless: bool = False
     lasting: bool = False
+    by_rate: bool = False
     bent: bool = False
 
     def defaults(self) -> dict[str, float]:

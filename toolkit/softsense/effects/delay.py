@@ -26,6 +26,8 @@ FORMS = ("smooth", "linear")
 COURSES = tuple(f"course{k}" for k in range(2, 10))
 # And delays beyond those at even times, straight in between.
 KNOTS = tuple(f"knot{k}" for k in range(41))
+# After which part of a recording what wandered in it is forgotten.
+RETURNS = 0.1
 STEPS = {"delay_s": 0.001, "skew": 3e-6, **dict.fromkeys((*COURSES, *KNOTS), 0.001)}
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
 ENDS_S = (0.0, 0.015, 0.05, 0.2, 0.5, 1.5)
@@ -133,8 +135,15 @@ def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
     if not values.keys().isdisjoint(COURSES):
         late = late + _courses(*times) @ np.array([values.get(key, 0.0) for key in COURSES])
     if KNOTS[0] in values:
-        at = np.linspace(0.0, 1.0, len(KNOTS))
-        late = late + np.interp(_passed(*times), at, [values[key] for key in KNOTS])
+        at, knots = np.linspace(0.0, 1.0, len(KNOTS)), np.array([values[key] for key in KNOTS])
+        wandered: Floats = late + np.interp(_passed(*times), at, knots)
+        # What wandered freely has no pace either: it goes back to where it was on the whole.
+        beyond = np.maximum(_since(*times) - 1.0, 0.0)
+        pace = values.get("skew", 0.0) * nominal.reference.duration_s
+        mean = values.get("delay_s", 0.0) + 0.5 * pace + float(knots.mean())
+        held = wandered - pace * beyond
+        returning: Floats = mean + (held - mean) * np.exp(-beyond / RETURNS)
+        return returning
     return late
 
 
@@ -148,8 +157,14 @@ def _courses(samples: int, first_s: float, step_s: float, duration_s: float) -> 
 @lru_cache(maxsize=8)
 def _passed(samples: int, first_s: float, step_s: float, duration_s: float) -> Floats:
     """(samples,) of the reference's time, that is 1 at its end and stays so."""
-    passed: Floats = np.clip((first_s + step_s * np.arange(samples)) / duration_s, 0.0, 1.0)
+    passed: Floats = np.clip(_since(samples, first_s, step_s, duration_s), 0.0, 1.0)
     return passed
+
+
+def _since(samples: int, first_s: float, step_s: float, duration_s: float) -> Floats:
+    """(samples,) time since the reference began, of its duration."""
+    since: Floats = (first_s + step_s * np.arange(samples, dtype=np.float64)) / duration_s
+    return since
 
 
 def _moved(nominal: Nominal, values: Mapping[str, float]) -> Floats:

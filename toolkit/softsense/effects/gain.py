@@ -99,15 +99,12 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
         orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0)
         return _grown(nominal, _settling(nominal, parts, orders), from_zero)
+    some = explain(nominal) + _about(nominal, ANYWHERE)
     if FROM in values:
-        some = [
-            *_usual(nominal),
-            *_cycles(nominal, FATIGUE),
-            *_induced(nominal, (0.15, 0.3, 0.45), (0.1,)),
-            *_logarithmic(nominal, (2.0, 20.0)),
-        ]
-        return _grown(nominal, some, from_zero)
-    return explain(nominal) + _about(nominal, ANYWHERE)
+        some += _grown(nominal, _cycles(nominal, FATIGUE), from_zero)
+        some += _grown(nominal, _induced(nominal, (0.15, 0.3, 0.45), (0.1,)), from_zero)
+        some += _grown(nominal, _logarithmic(nominal, (2.0, 20.0)), from_zero)
+    return some
 
 
 def _grown(

@@ -66,8 +66,11 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return _leaking(_traces(nominal, close_s), values["through"] * near)
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
     alone = _traces(nominal, times_s)
+    poles = int(values.get("poles", 1.0))
     return [
         *alone,
+        # As late with one pole instead of two, or with two instead of one.
+        *_traces(nominal, times_s * poles / (3 - poles), (3 - poles,)),
         *_lines(nominal, times_s),
         *_two_poles(nominal, times_s[1::2], SECOND),
         *_leaking(alone, THROUGH),
@@ -76,12 +79,13 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     ]
 
 
-def _traces(nominal: Nominal, times_s: Floats) -> list[Candidate]:
+def _traces(nominal: Nominal, times_s: Floats, several: Sequence[int] = (1, 2)) -> list[Candidate]:
     """Circuits, exact between samples, and the smoothing that a driver does sample by sample."""
     result = []
     for tau_s in times_s.tolist():
-        kept = float(np.exp(-nominal.dt_s / tau_s))
-        for poles in (1, 2):
+        # As late as the circuit is, which far below a sample is another time constant.
+        kept = tau_s / (tau_s + nominal.dt_s)
+        for poles in several:
             values = {"tau_s": tau_s, "poles": float(poles)}
             circuits = partial(_circuits, nominal, [tau_s] * poles)
             result.append(_trace(nominal, circuits, values, "circuit"))

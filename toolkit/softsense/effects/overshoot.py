@@ -10,7 +10,7 @@ import numpy as np
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
 from softsense.effects.operators import at_own_pace, followed, low_pass, rate
 
-TAUS_S = (0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
+TAUS_S = (0.002, 0.02, 0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
 # At which strain rates half of what there is breaks.
 HALVES_PER_S = (0.03, 0.1, 0.3)
@@ -208,4 +208,5 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     lasting=True,
+    by_rate=True,
 )
