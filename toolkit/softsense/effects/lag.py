@@ -90,7 +90,8 @@ def _traces(nominal: Nominal, times_s: Floats, several: Sequence[int] = (1, 2)) 
             circuits = partial(_circuits, nominal, [tau_s] * poles)
             result.append(_trace(nominal, circuits, values, "circuit"))
             smoothed = partial(_smoothed, nominal.u, kept, poles)
-            result.append(_trace(nominal, smoothed, values, "digital"))
+            own_s = float(-nominal.dt_s / np.log(kept))
+            result.append(_trace(nominal, smoothed, {**values, "tau_s": own_s}, "digital"))
     return result
 
 
