@@ -438,7 +438,7 @@ def test_a_clock_that_wandered_is_foretold_to_be_where_it_mostly_was() -> None:
     result = diagnose(*given)
     assert result.effects == ("delay",)
     later = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
-    # The last delay would be 0.3 s off.
+    # The last delay, 0.3 s, would be further off than one of 0.1 s.
     off = np.stack([np.interp(index - 0.1 * RATE_HZ, index, c) for c in codes.T], axis=1)
     assert np.std((later - made[then])[1000:]) < np.std((off - made)[then][1000:])
 
