@@ -48,6 +48,10 @@ LEAST_STROKES = 2
 # either side, of so many times their width.
 EXPECTED = 12.0
 AROUND_LOST = 4
+# Their stretches are as wide within so many codes, for noise rounds them.
+LOST_ROUNDED = 2
+# So many times as many samples have the last code before others that are lost as each one near it.
+PILED = 3.0
 # And by so many times the power of what the simulation never meets.
 MORE_LOST = 4.0
 # How many levels the range of strain may have; a line among them stands out so much; and the
@@ -336,12 +340,13 @@ def _levels_near(count: float, base: Floats, signals: Floats) -> tuple[float, fl
 
 
 def lost_codes(real: Recording, sim: Recording) -> Floats:
-    """(stretches, 3) channel, and the codes next to those that do not occur in ``real``.
+    """(stretches, 4) channel, the codes next to those that do not occur in ``real``, and what part
+    of the samples of these two reads the one above.
 
     Only of channels where that is more than noise, and more than of ``sim``, where a motion that
     repeats itself meets some codes only, too.
     """
-    found = [np.zeros((0, 3))]
+    found = [np.zeros((0, 4))]
     noise = noise_rms(sim.codes.astype(np.float64))
     for channel in range(real.codes.shape[1]):
         lost, power = _never(real.codes[:, channel])
@@ -352,8 +357,9 @@ def lost_codes(real: Recording, sim: Recording) -> Floats:
 
 
 def _never(codes: NDArray[np.int32]) -> tuple[Floats, float]:
-    """(stretches, 2) of ``codes`` (samples,) next to those that do not occur, although as many
-    as are met around them would be expected there; and the mean square of what that makes."""
+    """(stretches, 3) of ``codes`` (samples,) next to those that do not occur, although as many
+    as are met around them would be expected there, and how often the one above is met, of both; and
+    the mean square of what that makes."""
     there, counts = np.unique(codes, return_counts=True)
     counted = np.concatenate([[0], np.cumsum(counts)])
     below, above = there[:-1], there[1:]
@@ -365,17 +371,30 @@ def _never(codes: NDArray[np.int32]) -> tuple[Floats, float]:
     lost = expected > EXPECTED
     power = float((expected * (above - below) ** 2 / 12.0)[lost].sum() / len(codes))
     if not lost.any():
-        return np.zeros((0, 2)), power
+        return np.zeros((0, 3)), power
     # Where few samples are they are as wide as elsewhere.
     width = above - below
-    found = np.stack([below, above], axis=1)[(width > 1) & (width <= width[lost].max())]
-    # Beyond the ends of the motion it goes on as it was.
-    first, last = found[:1], found[-1:]
-    if first[0, 0] == there[0]:
-        found = np.concatenate([first - np.diff(first), found])
-    if last[0, 1] == there[-1]:
-        found = np.concatenate([found, last + np.diff(last)])
-    return found.astype(np.float64), power
+    upper = counts[1:] / (counts[1:] + counts[:-1])
+    widest = float(width[lost].max())
+    near = (width > 1) & (width <= widest + LOST_ROUNDED)
+    found = np.stack([below, above, upper], axis=1)[near]
+    # Beyond the ends of the motion it goes on as it was, but nothing is read there.
+    (low, first, _), (last, high, _) = found[0], found[-1]
+    if low == there[0]:
+        found = np.concatenate([[[low - (first - low), low, 1.0]], found])
+    elif _piled(counts):
+        found = np.concatenate([[[there[0] - widest, there[0], 1.0]], found])
+    if high == there[-1]:
+        found = np.concatenate([found, [[high, high + (high - last), 0.0]]])
+    elif _piled(counts[::-1]):
+        found = np.concatenate([found, [[there[-1], there[-1] + widest, 0.0]]])
+    return found, power
+
+
+def _piled(counts: NDArray[np.intp]) -> bool:
+    """Whether the first of these codes is read for many that are lost beyond it, by ``counts``
+    (codes,) of samples."""
+    return bool(counts[0] > PILED * counts[1 : 1 + AROUND_LOST].max(initial=0))
 
 
 @compiled

@@ -143,8 +143,9 @@ class Reference:
     """The recording that weights belong to: a later one is measured with the same yardsticks.
 
     ``rest``, ``low``, ``span``: (channels,) codes at its beginning, the lowest, and how many from
-    there to the highest. ``start_s``, ``duration_s``: when it was. ``lost`` (stretches, 3): where
-    codes never occurred in truth, the channel and the codes below and above them that did.
+    there to the highest. ``start_s``, ``duration_s``: when it was. ``lost`` (stretches, 4): where
+    codes never occurred in truth, the channel, the codes below and above them that did, and how
+    often the one above did, of both.
     ``levels`` (channels, 3): how many there are in the range of what makes a channel go in steps,
     one of them, and whether that is the strain (0) or its own signal (1); zeros where nothing does.
     ``curves``: of each channel, codes over strain; ``elastic``: the same where nothing lags behind.
@@ -276,7 +277,8 @@ class Nominal:
 
     @property
     def lost(self) -> Floats:
-        """(stretches, 2) the codes below and above those that the channel never reads."""
+        """(stretches, 3) the codes below and above those that the channel never reads, and how
+        often it reads the one above, of both."""
         lost = self.reference.lost
         return lost[lost[:, 0] == self.channel, 1:]
 

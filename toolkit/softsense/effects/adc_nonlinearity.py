@@ -29,8 +29,10 @@ LARGEST = 0.15
 COARSE = (64.0, 128.0, 256.0)
 STEPPED = 3
 # What is read where a code is lost, and the noise before the converter, in codes.
-READ = ("below", "nearest", "above")
+READ = ("below", "nearest", "above", "oftener")
 NOISES = (0.5, 1.0, 2.0, 4.0, 8.0)
+# The one of both ends that is read so much oftener than the other draws in what is between.
+DRAWS = 0.7
 # Beyond so many times the noise there is none.
 REACH = 4.0
 
@@ -92,16 +94,17 @@ def explain(nominal: Nominal) -> list[Candidate]:
 def read_instead(lost: Floats, read: str, noise: float) -> tuple[Floats, Floats, Floats]:
     """Codes, what is read there instead of them on average, less the code, and its variance.
 
-    ``lost`` (stretches, 2): the codes below and above those that never occur, of which ``read``
-    ("below", "nearest" or "above") is taken. ``noise``: rms in codes before the converter.
+    ``lost`` (stretches, 3): the codes below and above those that never occur, of which ``read``
+    ("below", "nearest", "above", or what is read "oftener") is taken, and how often the one above
+    is read, of both. ``noise``: rms in codes before the converter.
     """
     room = np.ceil(REACH * noise) + 1.0
     codes = np.arange(lost[0, 0] - room, lost[-1, 1] + room + 1.0)
     stretch = np.clip(np.searchsorted(lost[:, 0], codes, side="right") - 1, 0, None)
-    below, above = lost[stretch].T
-    instead = {"below": below, "above": above}.get(
-        read, np.where(codes - below < above - codes, below, above)
-    )
+    below, above, upper = lost[stretch].T
+    nearest = np.where(codes - below < above - codes, below, above)
+    oftener = np.select([upper > DRAWS, upper < 1.0 - DRAWS], [above, below], nearest)
+    instead = {"below": below, "above": above, "oftener": oftener}.get(read, nearest)
     given = np.where((below < codes) & (codes < above), instead, codes)
     mean = gaussian_filter1d(given, noise, mode="nearest", truncate=REACH)
     square = gaussian_filter1d(given**2, noise, mode="nearest", truncate=REACH)
