@@ -1072,6 +1072,54 @@ def test_codes_that_never_occur_are_the_converters(read: str, tmp_path: Path) ->
     assert (later[:, :2] ** 2).sum() < 0.55 * (before[:, :2] ** 2).sum()
 
 
+@pytest.mark.parametrize("kind", ["coloured", "bursts", "long bursts"])
+def test_noise_of_a_colour_or_in_bursts_is_noise(kind: str) -> None:
+    """It is no walk, and its bursts are no spikes and nothing unknown."""
+    x, codes = clean(41)
+    rng = np.random.default_rng(17)
+    white = rng.normal(0.0, 8.0, (len(x), 2))
+    second = np.arange(len(x)) / RATE_HZ
+    louder = lfilter([1.0], [1.0, -0.7], 0.6 * white, axis=0)
+    if kind != "coloured":
+        on = second % 37.0 < (2.0 if kind == "bursts" else 8.0)
+        louder = white * on[:, None]
+    made = codes.copy()
+    made[:, [0, 2]] += louder
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == {"noise": ["s1", "s3"]}
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+def test_a_tone_that_fades_in_and_out_is_nothing_else() -> None:
+    """It is off for most of the time, so that little of it is in its line."""
+    x, codes = clean(42)
+    second = np.arange(len(x)) / RATE_HZ
+    fades = lfilter([0.25], [1.0, -0.75], second % 23.0 < 4.0)
+    made = codes.copy()
+    made[:, 2] += 70.0 * np.sin(2.0 * np.pi * 1.34 * second) * fades
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("interference",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+@pytest.mark.parametrize("draws", [35.0, 60.0])
+def test_codes_that_draw_others_in_are_the_converters(draws: float) -> None:
+    """From below and from above, and where the motion ends among them."""
+    x, codes = clean(43)
+
+    def sticky(recording: Recording) -> Recording:
+        read = recording.codes.copy()
+        beside = (read[:, 1:] - 5) % 128 - 64
+        read[:, 1:] -= np.where(np.abs(beside) < draws, beside, 0)
+        return replace(recording, codes=read)
+
+    result = diagnose(recorded(x, codes, 1), sticky(recorded(x, codes, 2)))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == {"adc_nonlinearity": ["s2", "s3", "s4"]}
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_a_material_feels_the_strain_that_comes_late() -> None:
     """Its loops turn when the strain does that reaches it."""
     x, codes = clean(16)

@@ -90,7 +90,7 @@ class Past:
     """The motion that was diagnosed: the next one goes on from where it left the material.
 
     ``target`` (samples,) in the recording's unit; ``codes`` (samples, channels) noiseless;
-    ``lost`` (stretches, 3) of the converter's codes (``nominal.lost_codes``); ``levels``
+    ``lost`` (stretches, 4) of the converter's codes (``nominal.lost_codes``); ``levels``
     (channels, 3) of what goes in steps (``nominal.levels_of``).
     """
 
@@ -231,7 +231,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
     read = _read(channels, checked.models[0], simulated)
-    found = _found(left, checked.models[0], residual, read, motion, coarse, met)
+    found = _found(left, checked, residual, read, motion, coarse, met)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
@@ -245,7 +245,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         left = residual - said(channels, checked.models[0])
         read = _read(channels, checked.models[0], simulated)
     if again or tones:
-        found = _found(left, checked.models[0], residual, read, motion, coarse, met, tones)
+        found = _found(left, checked, residual, read, motion, coarse, met, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     heard = [finding for finding in found if finding.name == "interference"]
@@ -469,7 +469,7 @@ def _noise(nominal: Nominal, level: float, own: float) -> float:
     """
     if not len(nominal.lost):
         return float(level)
-    codes, _, square = read_instead(nominal.lost, "nearest", LOUDER * own)
+    codes, _, square = read_instead(nominal.lost, "oftener", LOUDER * own)
     return float(min(level, np.sqrt(np.interp(nominal.u, codes, square).mean())))
 
 
@@ -507,7 +507,7 @@ def _read(channels: Sequence[Channel], best: Model, own: Floats) -> Floats:
 
 def _found(
     left: Floats,
-    best: Model,
+    checked: Vetted,
     residual: Floats,
     own: Floats,
     motion: Motion,
@@ -517,15 +517,17 @@ def _found(
 ) -> list[variance.Finding]:
     """What has no mean, in ``left``, which the effects leave over of ``residual``; ``met``: codes
     that may tell it."""
+    best = checked.models[0]
     return variance.findings(
         left,
         residual,
         own,
         motion,
         explained=bool(best.names),
-        walking=best.channels_of(WALK),
+        walking=(*best.channels_of(WALK), *checked.noisy),
         heard=heard,
         bent=[c for name in CURVES for c in best.channels_of(name)],
         coarse=coarse,
         codes=met,
+        noisy=checked.noisy,
     )

@@ -36,7 +36,8 @@ BESIDE_RIGHT = 1.4
 UNEVEN = 2.5
 UNEVEN_BESIDE = 8.0
 MOVING = 0.3
-# Or where it is louder by some factor besides: uneven by such a one, or of such an excess kurtosis.
+# Or where it is louder by some factor besides: uneven by such a one, of such an excess kurtosis, of
+# some colour, or in bursts.
 SOMEWHAT = 1.4
 RATHER_UNEVEN = 1.5
 BURSTS = 1.5
@@ -80,6 +81,10 @@ SPIKE_MOST = 0.1
 NEWS = 9
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.35
+# Of the spikes such a share must stand out from so many samples around them: noise that comes in
+# bursts is as loud there.
+BURST = 31
+ALONE_IN_BURST = 0.5
 # What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
 # of the spike at least, is below the other share by then, and below 0 soon if at all. What is there
 # of a spike at the end is no more than the last share.
@@ -149,6 +154,10 @@ TWICING = 4
 SWITCH_S = 1.5
 SWITCH_PERIODS = 3.0
 SWITCH_PRICE = 12.0
+# So many samples about each such instant it is neither: it fades in and out.
+FADES = 12
+# The part of all samples that says how loud it is without the tone.
+LEAST_OFF = 0.1
 # Spikes are there while it is off, too: no less often than this part of what chance would have.
 WHILE_OFF = 0.4
 # Excess kurtosis of the moves of a walk, of so many at least.
@@ -157,6 +166,13 @@ FEW_MOVES = 30
 # The autocorrelation of these moves, so many later, of what swings back.
 SWINGING = -0.3
 SWINGS = range(2, 11)
+# Noise remembers less than this, on average, of where it was from so many samples before, to so
+# many; and swings back by no more than that. Its kurtosis is this near a Gaussian's, or in bursts
+# for how loud it is where it is.
+REMEMBERED = 0.15
+FORGOTTEN, LATER = 30, 60
+SWUNG = 0.2
+GAUSSIAN = 0.5
 # The power of the moves of a walk while the strain is fast over that while it is slow: of no walk
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
@@ -190,6 +206,7 @@ def findings(
     bent: Sequence[int] = (),
     coarse: Sequence[int] = (),
     codes: Sequence[Floats] = (),
+    noisy: Sequence[int] = (),
 ) -> list[Finding]:
     """Test the leftovers ``left`` (samples, channels) in codes, against the simulation's ``own``.
 
@@ -197,11 +214,12 @@ def findings(
     hear of another is still there. ``explained``: an effect has been taken out, whose form being
     only nearly right leaves edges and ripples: spikes and lines must then stand out more, and what
     swings with the motion is no line.
-    ``walking``: channels with a random walk besides, which is left over too. ``heard``: tones (Hz)
-    that were found before, and need stand out no more than where nothing is explained. ``bent``:
-    channels behind a curve, which is steep for their noise where it is steep for them. ``coarse``:
-    channels whose converter has lost codes, between which noise makes it leap. ``codes``, each
-    (samples, channels), which may tell what is sharp.
+    ``walking``: channels with a random walk, or coloured noise, which is left over too. ``heard``:
+    tones (Hz) that were found before, and need stand out no more than where nothing is explained.
+    ``bent``: channels behind a curve, which is steep for their noise where it is steep for them.
+    ``coarse``: channels whose converter has lost codes, between which noise makes it leap.
+    ``codes``, each (samples, channels), which may tell what is sharp. ``noisy``: channels whose gap
+    is noise.
     """
     there, covariates = noise_rms(own), _covariates(motion)
 
@@ -228,6 +246,8 @@ def findings(
     # A tone takes some of the noise beside it along.
     toneless = {c: levels[c] / there[c] for c in levels if c not in lines}
     loud |= {c: levels[c] for c in _apart(toneless) - set(bent)}
+    coloured = {c: float(np.std(left[:, c])) for c in noisy}
+    loud |= {c: level for c, level in coloured.items() if level > SOMEWHAT * there[c]}
     result = []
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
@@ -272,18 +292,20 @@ def _found(
     rest = left
     news = _news(rest) if walking else rest
     least = 2.0 if explained else LEAST_TONE
-    line = _line(_unspiked(news), motion.dt_s, least)
+    line = _line(_plain(news), motion.dt_s, least)
     if walking:
         # A walk follows a slow tone too.
-        line = line or _line(_unspiked(rest), motion.dt_s, least)
+        line = line or _line(_plain(rest), motion.dt_s, least)
     if line is None and heard:
         again = _line(_unspiked(news), motion.dt_s, LEAST_TONE)
         line = next((f for f in heard if again and abs(again - f) < SAME_HZ), None)
     if line is not None and explained and _moves(rest, motion, line):
         line = None
+    off = np.ones(len(rest), dtype=bool)
     if line is not None:
         rest = _without_tone(rest, line, motion.dt_s)
         news = _news(rest) if walking else rest
+        off = _off(left, line, motion.dt_s)
     if coarse:
         return _Found(line)
     # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
@@ -295,7 +317,7 @@ def _found(
     hit &= _fast(sharp) > jumps
     if said.any() and hit.any() and _stands_out(sharp, hit) < SPIKE_STANDS * hit.sum():
         hit[:] = False
-    if line is not None and _only_while_on(hit, left, line, motion.dt_s):
+    if _only_while_on(hit, off):
         hit[:] = False
     rest = news
     if hit.any() and _steps(sharp, hit, codes):
@@ -304,7 +326,9 @@ def _found(
     spiky = bool(lone or hit.sum() >= enough + 2 * _spikes(own).sum())
     if spiky:
         rest = _unspiked(rest)
-    level = _between_lines(rest) if line is not None else float(noise_rms(rest[:, None])[0])
+    # How a tone fades leaves some of it.
+    plain = rest[off]
+    level = _between_lines(plain) if line is not None else float(noise_rms(plain[:, None])[0])
     # What an equation leaves that is only nearly right comes with moves, where it says them.
     moving = float(np.abs(np.diff(said)).max()) > MOVING * there
     unevenness = UNEVEN_BESIDE if moving else UNEVEN
@@ -334,15 +358,15 @@ def evident(
 
     def seen(c: int) -> list[Finding]:
         result, signal = [], residual[:, c]
-        unspiked = _unspiked(signal)
-        line = _line(unspiked, motion.dt_s, LOUD_TONE, FAST_HZ)
-        if line is not None and _moves(unspiked, motion, line):
+        plain = _plain(signal)
+        line = _line(plain, motion.dt_s, LOUD_TONE, FAST_HZ)
+        if line is not None and _moves(plain, motion, line):
             line = None
         if line is not None:
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = _without_tone(signal, line, motion.dt_s)
         hit = _sudden(signal)
-        if line is not None and _only_while_on(hit, residual[:, c], line, motion.dt_s):
+        if line is not None and _only_while_on(hit, _off(residual[:, c], line, motion.dt_s)):
             return result
         many = hit.sum() >= MANY * SPIKE_COUNT
         many = many and not _steps(signal, hit, [met[:, c] for met in codes])
@@ -439,6 +463,12 @@ def _unspiked(signal: Floats) -> Floats:
     return min(several, key=np.var)
 
 
+def _plain(signal: Floats) -> Floats:
+    """``signal`` (samples,) where a tone may be: without its spikes, which are no burst of one."""
+    hit = _spikes(signal)
+    return signal if hit.any() and _in_bursts(signal, hit) else _unspiked(signal)
+
+
 def _struck(signal: Floats) -> Floats:
     """``signal`` (samples,) without its spikes and their tails, as their own mean shapes have them:
     two, for each begins somewhere between two samples."""
@@ -520,6 +550,8 @@ def _ringing(signal: Floats) -> Floats:
 def _sudden(signal: Floats) -> NDArray[np.bool_]:
     """(samples,) whether there is a spike, or one begins that rings."""
     hit = _spikes(signal)
+    if hit.any() and _in_bursts(signal, hit):
+        return np.zeros(len(hit), dtype=bool)
     answer = np.zeros(0) if hit.any() else _ringing(signal)
     return _spikes(lfilter(answer, [1.0], signal - signal[0])) if len(answer) else hit
 
@@ -626,12 +658,18 @@ def _while_on(
     return tone
 
 
-def _only_while_on(hit: NDArray[np.bool_], signal: Floats, frequency: float, dt_s: float) -> bool:
-    """Whether samples are ``hit`` only while a tone of ``frequency`` (Hz) in ``signal`` is on: such
-    are what is left of its pulses."""
+def _off(signal: Floats, frequency: float, dt_s: float) -> NDArray[np.bool_]:
+    """(samples,) whether a tone of ``frequency`` (Hz) in ``signal`` is off, and was for a while; or
+    everywhere where it is on nearly all the time."""
     on, times = _switched(signal, frequency, dt_s)
-    expected = float((1.0 - on).mean()) * hit.sum()
-    return times > 0 and float(hit @ (1.0 - on)) < WHILE_OFF * expected
+    off: NDArray[np.bool_] = maximum_filter1d(on, FADES) == 0.0
+    return off if times and off.mean() > LEAST_OFF else np.ones(len(on), dtype=bool)
+
+
+def _only_while_on(hit: NDArray[np.bool_], off: NDArray[np.bool_]) -> bool:
+    """Whether samples are ``hit`` only while a tone is not ``off``: such are what is left of its
+    pulses, or of how it fades."""
+    return bool((hit & off).sum() < WHILE_OFF * float(off.mean()) * hit.sum())
 
 
 def _without_tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
@@ -763,6 +801,15 @@ def _spikes(left: Floats) -> NDArray[np.bool_]:
     return hit
 
 
+def _in_bursts(left: Floats, hit: NDArray[np.bool_]) -> bool:
+    """Whether those around most samples that are ``hit`` are as far: that is noise, or a tone, in
+    bursts."""
+    fast = np.pad(_fast(left), BURST // 2, mode="reflect")
+    near = np.lib.stride_tricks.sliding_window_view(fast, BURST)[hit]
+    alone = near[:, BURST // 2] > SPIKE_SIGMA * 1.4826 * np.median(near, axis=1)
+    return bool(alone.sum() < ALONE_IN_BURST * hit.sum())
+
+
 def _lone(signal: Floats) -> bool:
     """Whether a sample of ``signal`` (samples,) is so far off that one such is enough."""
     middle = 0.5 * (signal[:-2] + signal[2:])
@@ -882,6 +929,8 @@ def _line(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) ->
         part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
         hertz = float(frequency[peak] + part / (len(left) * dt_s))
         rest = _toneless(some, hertz, dt_s)
+        # Of one that is off for most of the time little is in its line.
+        tone = max(tone, float(np.var(some) - np.var(rest)))
     noise = float(noise_rms(rest[:, None])[0]) ** 2
     return hertz if tone > least * noise else None
 
@@ -966,6 +1015,26 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
     return swinging or max(np.abs(echoes)) > COLOURED * float(news @ news)
+
+
+def noisy(walk: Floats) -> bool:
+    """Whether what wanders is noise of some colour, which soon forgets where it was, does not swing
+    and is Gaussian; or white noise in bursts, which is Gaussian for where it is."""
+    held = walk - walk.mean()
+    after = _echoes(held)
+    if abs(after[FORGOTTEN:].mean()) > REMEMBERED or after.min() < -SWUNG:
+        return False
+    if abs(float(kurtosis(held))) < GAUSSIAN:
+        return True
+    scale = np.sqrt(uniform_filter1d(held**2, BURST))
+    here = float(kurtosis(held / np.maximum(scale, 1e-12)))
+    return abs(float(after[0])) < REMEMBERED and abs(here) < GAUSSIAN
+
+
+def _echoes(held: Floats) -> Floats:
+    """(lags,) autocorrelation of ``held`` (samples,), of mean 0, one sample later and more."""
+    square = float(held @ held)
+    return np.array([float(held[k:] @ held[:-k]) / square for k in range(1, LATER)])
 
 
 def moved_by(walk: Floats, speed: Floats) -> bool:

@@ -63,6 +63,8 @@ MOVED_LEAVES = 0.1
 # And is not looked for again where it leaves no more than this.
 MOVED_RIGHT = 0.002
 FAR_WORSE = 3.0
+# Noise of two channels goes together by less than this.
+OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
 
@@ -70,12 +72,14 @@ ONE_SIGN = 0.1
 @dataclass(frozen=True)
 class Vetted:
     """``models``, the cheapest first of those that may be; whether what that one takes for a walk
-    is ``jerky``, in jumps or bumps; and whether the specimen was ``strained_otherwise`` than
-    recorded, by nothing that is known."""
+    is ``jerky``, in jumps or bumps; whether the specimen was ``strained_otherwise`` than
+    recorded, by nothing that is known; and channels that are ``noisy``, whose gap is nothing but
+    noise of some colour or in bursts."""
 
     models: list[Model]
     jerky: bool
     strained_otherwise: bool
+    noisy: tuple[int, ...] = ()
 
 
 def vetted(
@@ -84,6 +88,9 @@ def vetted(
     """``models`` without the walks that are none, or only those that move the strain where any
     strain that is the same for all channels says the gap as well."""
     named = [made for made in models if WALK not in made.names]
+    if noisy := _noisy(channels, models[0]):
+        nothing = next(made for made in named if not made.names)
+        return Vetted([nothing], False, False, noisy)
     if WALK in models[0].names and len(models[0].names) > 1:
         steady = _steady(channels, models[0])
         models = by_price([weighed(channels, _calm(channels, steady)), *named])
@@ -121,6 +128,26 @@ def vetted(
         return Vetted(moved, False, False)
     known = best.names == {"step"} or FAR_WORSE * strain.left > left
     return Vetted(kept, jerky, not known)
+
+
+def _noisy(channels: Sequence[Channel], best: Model) -> tuple[int, ...]:
+    """Channels whose gap is noise on all of them, where nothing but a walk says it: each its own,
+    while what touches the specimen shows on several."""
+    if best.names - {WALK}:
+        return ()
+    # A fit of a walk alone has nothing else, and none has nothing at all.
+    wandering = {
+        channel: channel.residual - channel.predicted(fit)
+        for channel, fit in zip(channels, best.fits, strict=True)
+        if fit.picks or channel.excess > channel.effect_price
+    }
+    if len(wandering) > 1:
+        together = np.asarray(np.corrcoef(np.stack(list(wandering.values()))))
+        if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
+            return ()
+    if not all(variance.noisy(left) for left in wandering.values()):
+        return ()
+    return tuple(channel.nominal.channel for channel in wandering)
 
 
 def _moving_alone(channels: Sequence[Channel]) -> list[Model]:
