@@ -1091,6 +1091,17 @@ def test_noise_of_a_colour_or_in_bursts_is_noise(kind: str) -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+def test_a_contact_that_opens_and_closes_is_neither_a_walk_nor_a_temperature() -> None:
+    """It is the same on several channels, and at one of two levels nearly always."""
+    x, codes = clean(44)
+    rng = np.random.default_rng(23)
+    swap = rng.random(len(x)) < 0.01
+    made = codes + np.array([9.0, -7.0, 0.0, 8.0]) * (np.cumsum(swap) % 2)[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ()
+    assert result.data["unexplained"]["unknown_effect"]
+
+
 def test_a_tone_that_fades_in_and_out_is_nothing_else() -> None:
     """It is off for most of the time, so that little of it is in its line."""
     x, codes = clean(42)

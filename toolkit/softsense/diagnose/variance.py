@@ -166,6 +166,13 @@ FEW_MOVES = 30
 # The autocorrelation of these moves, so many later, of what swings back.
 SWINGING = -0.3
 SWINGS = range(2, 11)
+# What is left of a walk's variance about two levels, as a median over so many samples has it, which
+# it goes to and fro between so often: of a line from one to the other a quarter is; and steps that
+# find the levels (Lloyd).
+BETWEEN = 0.12
+CALMED = 5
+TO_AND_FRO = 6
+LLOYD = 20
 # Noise remembers less than this, on average, of where it was from so many samples before, to so
 # many; and swings back by no more than that. Its kurtosis is this near a Gaussian's, or in bursts
 # for how loud it is where it is.
@@ -1007,6 +1014,8 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     moves -= moves.mean()
     news = innovations(walk[:, None], gain)[:, 0]
     news -= news.mean()
+    if _two_levels(walk):
+        return True
     often = where[: seconds * 20].reshape(-1, 20).mean(axis=1) > 0.5
     calm = _gaussian(moves[often[1:] & often[:-1]], JERKY) and _gaussian(news[where], JUMPY)
     if not (calm and whole):
@@ -1015,6 +1024,22 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     swinging = min(later, default=0.0) < SWINGING * float(moves @ moves)
     echoes = [float(news[k:] @ news[:-k]) for k in range(1, ECHO)]
     return swinging or max(np.abs(echoes)) > COLOURED * float(news @ news)
+
+
+def _two_levels(walk: Floats) -> bool:
+    """Whether ``walk`` (samples,) goes to and fro between two levels, as a contact does, and seldom
+    is anywhere else."""
+    calm = median_filter(walk, CALMED)
+    edge = float(np.mean(np.quantile(calm, [0.05, 0.95])))
+    for _ in range(LLOYD):
+        high = calm > edge
+        if high.all() or not high.any():
+            return False
+        levels = float(calm[~high].mean()), float(calm[high].mean())
+        edge = 0.5 * sum(levels)
+    within = float(high.mean() * calm[high].var() + (~high).mean() * calm[~high].var())
+    there = np.abs(calm - edge) > 0.5 * (levels[1] - edge)
+    return bool(within < BETWEEN * calm.var() and np.diff(high[there]).sum() >= TO_AND_FRO)
 
 
 def noisy(walk: Floats) -> bool:
