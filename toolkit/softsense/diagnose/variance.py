@@ -81,10 +81,11 @@ SPIKE_MOST = 0.1
 NEWS = 9
 # Of the samples that are half as far as a spike is, so many must be spikes.
 SPIKE_PART = 0.35
-# Of the spikes such a share must stand out from so many samples around them: noise that comes in
-# bursts is as loud there.
+# Of the spikes such a share must stand out, by so many times what is usual, from so many samples
+# around them: noise that comes in bursts is as loud there.
 BURST = 31
-ALONE_IN_BURST = 0.5
+BURST_SIGMA = 4.0
+ALONE_PART = 0.3
 # What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
 # of the spike at least, is below the other share by then, and below 0 soon if at all. What is there
 # of a spike at the end is no more than the last share.
@@ -668,7 +669,8 @@ def _while_on(
 def _off(signal: Floats, frequency: float, dt_s: float) -> NDArray[np.bool_]:
     """(samples,) whether a tone of ``frequency`` (Hz) in ``signal`` is off, and was for a while; or
     everywhere where it is on nearly all the time."""
-    on, times = _switched(signal, frequency, dt_s)
+    # Spikes would switch it on.
+    on, times = _switched(_plain(signal), frequency, dt_s)
     off: NDArray[np.bool_] = maximum_filter1d(on, FADES) == 0.0
     return off if times and off.mean() > LEAST_OFF else np.ones(len(on), dtype=bool)
 
@@ -813,8 +815,8 @@ def _in_bursts(left: Floats, hit: NDArray[np.bool_]) -> bool:
     bursts."""
     fast = np.pad(_fast(left), BURST // 2, mode="reflect")
     near = np.lib.stride_tricks.sliding_window_view(fast, BURST)[hit]
-    alone = near[:, BURST // 2] > SPIKE_SIGMA * 1.4826 * np.median(near, axis=1)
-    return bool(alone.sum() < ALONE_IN_BURST * hit.sum())
+    alone = near[:, BURST // 2] > BURST_SIGMA * 1.4826 * np.median(near, axis=1)
+    return bool(alone.sum() < ALONE_PART * hit.sum())
 
 
 def _lone(signal: Floats) -> bool:
