@@ -1102,6 +1102,18 @@ def test_a_contact_that_opens_and_closes_is_neither_a_walk_nor_a_temperature() -
     assert result.data["unexplained"]["unknown_effect"]
 
 
+def test_a_tone_that_is_loud_on_one_channel_is_heard_on_others_beside_walks() -> None:
+    """There it is little beside what wanders, and would look like a swing of that."""
+    x, codes = clean(45)
+    rng = np.random.default_rng(29)
+    tone = np.sin(2.0 * np.pi * 3.47 * np.arange(len(x)) / RATE_HZ)
+    made = codes + np.cumsum(rng.normal(0.0, 1.6, codes.shape), axis=0)
+    made += tone[:, None] * np.array([3.0, 3.0, 9.0, 3.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == dict.fromkeys(("interference", "random_walk"), ["s1", "s2", "s3", "s4"])
+
+
 def test_a_tone_that_fades_in_and_out_is_nothing_else() -> None:
     """It is off for most of the time, so that little of it is in its line."""
     x, codes = clean(42)

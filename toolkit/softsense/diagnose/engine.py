@@ -231,7 +231,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
     read = _read(channels, checked.models[0], simulated)
-    found = _found(left, checked, residual, read, motion, coarse, met)
+    tones = [finding.value for finding in plain if finding.name == "interference"]
+    found = _found(left, checked, residual, read, motion, coarse, met, tones)
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest

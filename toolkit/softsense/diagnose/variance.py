@@ -364,12 +364,12 @@ def evident(
     ``codes``, each (samples, channels), which may tell what is sharp.
     """
 
-    def seen(c: int) -> list[Finding]:
+    def seen(c: int, heard: Sequence[float] = ()) -> list[Finding]:
         result, signal = [], residual[:, c]
         plain = _plain(signal)
-        line = _line(plain, motion.dt_s, LOUD_TONE, FAST_HZ)
-        if line is not None and _moves(plain, motion, line):
-            line = None
+        line = _line(plain, motion.dt_s, LEAST_TONE if heard else LOUD_TONE, FAST_HZ)
+        if line is not None and (heard or _moves(plain, motion, line)):
+            line = next((f for f in heard if abs(line - f) < SAME_HZ), None)
         if line is not None:
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = _without_tone(signal, line, motion.dt_s)
@@ -383,6 +383,12 @@ def evident(
         return result
 
     each = all_at_once(seen, range(residual.shape[1]))
+    heard = [f.value for found in each for f in found if f.name == "interference"]
+    deaf = [c for c, found in enumerate(each) if not any(f.value in heard for f in found)]
+    if heard:
+        # What is loud on one channel need not be so on others, beside a walk.
+        for c, found in zip(deaf, all_at_once(lambda c: seen(c, heard), deaf), strict=True):
+            each[c] = found
     return [finding for found in each for finding in found]
 
 
