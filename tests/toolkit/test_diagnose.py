@@ -1109,9 +1109,10 @@ def test_a_tone_that_is_loud_on_one_channel_is_heard_on_others_beside_walks() ->
     tone = np.sin(2.0 * np.pi * 3.47 * np.arange(len(x)) / RATE_HZ)
     made = codes + np.cumsum(rng.normal(0.0, 1.6, codes.shape), axis=0)
     made += tone[:, None] * np.array([3.0, 3.0, 9.0, 3.0])
-    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
-    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
-    assert found == dict.fromkeys(("interference", "random_walk"), ["s1", "s2", "s3", "s4"])
+    real = recorded(x, made, 2)
+    result = diagnose(recorded(x, codes, 1), real)
+    assert set(result.effects) == {"interference", "random_walk"}
+    assert all(effect["channels"] == list(real.sensors) for effect in result.data["effects"])
 
 
 def test_a_tone_that_fades_in_and_out_is_nothing_else() -> None:

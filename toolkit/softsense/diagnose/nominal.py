@@ -50,10 +50,10 @@ EXPECTED = 12.0
 AROUND_LOST = 4
 # Their stretches are as wide within so many codes, for noise rounds them.
 LOST_ROUNDED = 2
-# So many times as many samples have the last code before others that are lost as each one near it.
-PILED = 3.0
 # And by so many times the power of what the simulation never meets.
 MORE_LOST = 4.0
+# The last code before others that are lost has so many times the samples of each one near it.
+PILED = 3.0
 # How many levels the range of strain may have; a line among them stands out so much; and the
 # samples that are looked at, less their mean around them. Lines of several channels are one within
 # so many steps of ``LEVELS``.

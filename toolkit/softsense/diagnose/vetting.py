@@ -87,10 +87,9 @@ def vetted(
 ) -> Vetted:
     """``models`` without the walks that are none, or only those that move the strain where any
     strain that is the same for all channels says the gap as well."""
-    named = [made for made in models if WALK not in made.names]
     if noisy := _noisy(channels, models[0]):
-        nothing = next(made for made in named if not made.names)
-        return Vetted([nothing], False, False, noisy)
+        return Vetted([model(channels, frozenset())], False, False, noisy)
+    named = [made for made in models if WALK not in made.names]
     if WALK in models[0].names and len(models[0].names) > 1:
         steady = _steady(channels, models[0])
         models = by_price([weighed(channels, _calm(channels, steady)), *named])
