@@ -1,10 +1,10 @@
 """How well the diagnosis does on made cases.
 
-  python tests/benchmarks/gap/run.py [--half train|held-out|elsewhere|liquid|strange] [--cases N]
-                                     [--jobs N] [--dask ADDRESS] [--json FILE]
+  python tests/benchmarks/gap/run.py [--half train|held-out|elsewhere|liquid|strange|wearable]
+                                     [--cases N] [--jobs N] [--dask ADDRESS] [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere`` and ``liquid`` have sensors, motions and equations of other origins altogether, and
+``elsewhere``, ``liquid`` and ``wearable`` have sensors, motions and equations of other origins, and
 ``strange`` has only what no entry of the catalogue describes.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
@@ -31,6 +31,7 @@ import cases
 import elsewhere
 import liquid
 import strange
+import wearable
 from cases import LAST, NAMES, SAMPLES
 
 from softsense.diagnose import augment, diagnose
@@ -58,8 +59,13 @@ ALIASES = {
 }
 RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
-HALVES = ("train", "held-out", "elsewhere", "liquid", "strange")
-OF_OTHERS = {"elsewhere": elsewhere, "liquid": liquid, "strange": strange}
+HALVES = ("train", "held-out", "elsewhere", "liquid", "strange", "wearable")
+OF_OTHERS = {
+    "elsewhere": elsewhere,
+    "liquid": liquid,
+    "strange": strange,
+    "wearable": wearable,
+}
 
 # What is hidden, seed, excitation, half, and what shall not be known.
 Job = tuple[tuple[str, ...], int, str, str, tuple[str, ...]]
