@@ -213,6 +213,17 @@ def test_a_drift_beside_another_channels_walk_is_named_too() -> None:
     assert found == {"drift": ["s2"], "random_walk": ["s1", "s3"]}
 
 
+def test_one_walk_of_many_may_go_in_jumps() -> None:
+    x, codes = clean(46)
+    rng = np.random.default_rng(31)
+    steps = rng.normal(0.0, 0.4, codes.shape)
+    steps[:, 1] *= 0.1
+    steps[rng.choice(len(x), 30, replace=False), 1] = rng.normal(0.0, 4.0, 30)
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + np.cumsum(steps, axis=0), 2))
+    assert result.effects == ("random_walk",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_what_wanders_alike_beside_an_effect_is_no_walk() -> None:
     """It may be what the effect's equation does not say, and so it is no temperature either."""
     x, codes = clean(8)

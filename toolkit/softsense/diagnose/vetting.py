@@ -90,6 +90,7 @@ def vetted(
     if noisy := _noisy(channels, models[0]):
         return Vetted([model(channels, frozenset())], False, False, noisy)
     named = [made for made in models if WALK not in made.names]
+    walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
         steady = _steady(channels, models[0])
         models = by_price([weighed(channels, _calm(channels, steady)), *named])
@@ -104,8 +105,10 @@ def vetted(
         or (jerky and left_share(channels, named[0]) < REMAINING_ALONE)
     ):
         # What another effect leaves over, its form being only nearly right, is no walk: it is alike
-        # on all its channels. Nor is one what goes in jumps that an effect can say.
-        models, jerky = named, False
+        # on all its channels. Nor is one what goes in jumps that an effect can say. But all of it
+        # may be walks, of which the other effect has only followed some.
+        alone = [made for made in walks if beside and _are_walks(channels, made, motion)]
+        models, jerky = by_price([*alone, *named]), False
     best = models[0]
     kept = [
         made
@@ -127,6 +130,13 @@ def vetted(
         return Vetted(moved, False, False)
     known = best.names == {"step"} or FAR_WORSE * strain.left > left
     return Vetted(kept, jerky, not known)
+
+
+def _are_walks(channels: Sequence[Channel], made: Model, motion: Motion) -> bool:
+    """Whether all that the model takes for walks are some, each channel's its own."""
+    return not (
+        _jerky(channels, made) or _driven(channels, made, motion) or _alike(channels, made, False)
+    )
 
 
 def _noisy(channels: Sequence[Channel], best: Model) -> tuple[int, ...]:
@@ -223,8 +233,11 @@ def _strained(walks: Sequence[tuple[Channel, Floats]]) -> bool:
 
 
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether what the model takes for a walk goes in jumps or bumps on any channel."""
-    return any(_jerky_on(channels, best, number) for number in best.channels_of(WALK))
+    """Whether what the model takes for a walk goes in jumps or bumps on any channel, or of walks
+    alone on half of them: one of many may by chance."""
+    numbers = best.channels_of(WALK)
+    rough = sum(_jerky_on(channels, best, number) for number in numbers)
+    return rough > 0 and (best.names != {WALK} or 2 * rough >= len(numbers))
 
 
 def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
