@@ -74,8 +74,8 @@ def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
     again = liquid.make(3, ("gain",), "typical")
     assert np.array_equal(again.real.codes, liquid.make(3, ("gain",), "typical").real.codes)
     wearable = sys.modules["wearable"]
-    for name in (*wearable.NAMES, *wearable.FOREIGN):
-        for equation in wearable.EQUATIONS[name]:
+    for name, equations in wearable.EQUATIONS.items():
+        for equation in equations:
             case = wearable.make(3, (name,), "typical", {name: equation})
             assert case.real.codes.shape == (benchmark.SAMPLES, len(case.floors))
             assert tuple(np.flatnonzero(case.change.std(axis=0) > 0.0)) == case.truth[name]

@@ -6,14 +6,14 @@ scaled so that what it adds has 3 to 30 times the rms of a channel's noise (less
 physical limits say so). Motion, sensors, noise and every effect draw from streams of their own.
 
 Each name has several equations, one drawn by the seed: from the literature, and the shortcuts that
-people who write simulators take. ``case.equations`` says which. Written without a look at this
-project; nothing in it imports the effects or the simulator.
+people who write simulators take. Written without a look at this project; nothing in it imports the
+effects or the simulator.
 """
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
+from cases import Case
 from scipy.signal import fftconvolve, lfilter
 from scipy.special import erf, exp1
 
@@ -1258,25 +1258,6 @@ FOREIGN = (
     "slew_limit",
     "range_switch",
 )
-NAMES = (
-    "hysteresis",
-    "relaxation",
-    "overshoot",
-    "softening",
-    "drift",
-    "random_walk",
-    "gain",
-    "step",
-    "backlash",
-    "delay",
-    "lag",
-    "saturation",
-    "adc_nonlinearity",
-    "crosstalk",
-    "interference",
-    "spikes",
-    "noise",
-)
 RETUNED: list[str] = []
 ALL_CHANNELS = {"backlash", "delay", "resonance", "unlogged_load"}
 DIGITAL = {"adc_nonlinearity", "range_switch"}  # these act on the noise as well
@@ -1328,7 +1309,7 @@ def apply(w, effect):
 
 def make(
     seed: int, names: tuple[str, ...], excitation: str, equation: dict[str, str] | None = None
-) -> SimpleNamespace:
+) -> Case:
     """One case. ``equation``: name -> equation, to force one (for checks)."""
     unknown = set(names) - set(ORDER)
     if unknown:
@@ -1347,7 +1328,7 @@ def make(
     ]
     nominal = sensors(xf)
     y, real, at_sensor = nominal.copy(), nominal + noise[1], xf
-    truth, equations, onset = {}, {}, None
+    truth, onset = {}, None
     for name in sorted(names, key=ORDER.index):
         r = stream(7, ORDER.index(name))
         ch = np.arange(c)
@@ -1368,7 +1349,7 @@ def make(
         else:
             real = y + noise[1]
         onset = w.onset if w.onset is not None else onset
-        truth[name], equations[name] = tuple(int(i) for i in ch), which
+        truth[name] = tuple(int(i) for i in ch)
 
     def cut(label, codes, part):
         codes = np.clip(np.floor(codes[part] + 0.5), 0, 4095).astype(np.int32)
@@ -1384,7 +1365,7 @@ def make(
         )
 
     sim, one, two = nominal + noise[0], slice(0, N1), slice(N1 + REST, N)
-    return SimpleNamespace(
+    return Case(
         sim=cut("sim1", sim, one),
         real=cut("real1", real, one),
         sim2=cut("sim2", sim, two),
@@ -1394,7 +1375,5 @@ def make(
         truth=truth,
         excitation=excitation,
         onset_s=onset,
-        unseen=False,
-        equations=equations,
-        noise=sensors.noise,
+        unseen=True,
     )

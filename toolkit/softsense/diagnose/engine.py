@@ -45,6 +45,8 @@ from softsense.recording import FrontEnd, Recording
 
 Floats = NDArray[np.float64]
 
+# Of what ``augment`` needs beside diagnosis.json: another one means other things.
+SCHEMA = "softsense.augmentation/2"
 STATIC_KNOTS = 8
 BETWEEN_S = 10.0
 # Channels hear what others make of what they hear: each time less by the crosstalk's share.
@@ -130,7 +132,7 @@ class Diagnosis(Shown):
         """What ``augment`` needs beside diagnosis.json and the past."""
         return json.dumps(
             {
-                "schema": "softsense.augmentation/1",
+                "schema": SCHEMA,
                 "front_ends": {name: end.to_dict() for name, end in self.front_ends.items()},
                 "static": self.static.tolist(),
                 "traces": [
@@ -231,12 +233,11 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(quiet, known, plain)
     left = residual - said(channels, checked.models[0])
     read = _read(channels, checked.models[0], simulated)
-    tones = [finding.value for finding in plain if finding.name == "interference"]
-    found = _found(left, checked, residual, read, motion, coarse, met, tones)
+    found = _found(left, checked, residual, read, motion, coarse, met, _tones(plain))
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
-    tones = [finding.value for finding in found if finding.name == "interference"]
+    tones = _tones(found)
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
     if again and not settled:
         # Spikes and lines had been taken for noise, or too much for a line. What was looked at
@@ -504,6 +505,11 @@ def _read(channels: Sequence[Channel], best: Model, own: Floats) -> Floats:
                 noisy = channel.disturbed(pick, own[:, number]) - channel.columns(pick)
                 read[:, number] += noisy @ weights
     return read
+
+
+def _tones(found: Sequence[variance.Finding]) -> list[float]:
+    """Hz of the tones among what was ``found``."""
+    return [finding.value for finding in found if finding.name == "interference"]
 
 
 def _found(

@@ -11,7 +11,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from softsense.diagnose.engine import Diagnosis, Past, Trace, aligned
+from softsense.diagnose.engine import SCHEMA, Diagnosis, Past, Trace, aligned
 from softsense.errors import SoftsenseError
 from softsense.recording import FrontEnd, Recording
 from softsense.recording import write as write_recording
@@ -41,10 +41,13 @@ def write(diagnosis: Diagnosis, sim: Recording, real: Recording, out: Path) -> N
 
 
 def read(folder: Path) -> Diagnosis:
-    """Read what ``write`` wrote. Raises ``SoftsenseError`` where it is not whole."""
+    """Read what ``write`` wrote. Raises ``SoftsenseError`` where it is not whole, or of another
+    schema."""
     try:
         data = json.loads((folder / "diagnosis.json").read_text())
         state = json.loads((folder / STATE).read_text())
+        if state["schema"] != SCHEMA:
+            raise ValueError(f"{STATE} is {state['schema']}, not {SCHEMA}")
         traces = tuple(
             Trace(
                 t["effect"],

@@ -313,7 +313,7 @@ def _found(
     if line is not None:
         rest = _without_tone(rest, line, motion.dt_s)
         news = _news(rest) if walking else rest
-        off = _off(left, line, motion.dt_s)
+        off = _off(_plain(left), line, motion.dt_s)
     if coarse:
         return _Found(line)
     # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
@@ -374,7 +374,7 @@ def evident(
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = _without_tone(signal, line, motion.dt_s)
         hit = _sudden(signal)
-        if line is not None and _only_while_on(hit, _off(residual[:, c], line, motion.dt_s)):
+        if line is not None and _only_while_on(hit, _off(plain, line, motion.dt_s)):
             return result
         many = hit.sum() >= MANY * SPIKE_COUNT
         many = many and not _steps(signal, hit, [met[:, c] for met in codes])
@@ -674,9 +674,8 @@ def _while_on(
 
 def _off(signal: Floats, frequency: float, dt_s: float) -> NDArray[np.bool_]:
     """(samples,) whether a tone of ``frequency`` (Hz) in ``signal`` is off, and was for a while; or
-    everywhere where it is on nearly all the time."""
-    # Spikes would switch it on.
-    on, times = _switched(_plain(signal), frequency, dt_s)
+    everywhere where it is on nearly all the time. Spikes in it would switch it on."""
+    on, times = _switched(signal, frequency, dt_s)
     off: NDArray[np.bool_] = maximum_filter1d(on, FADES) == 0.0
     return off if times and off.mean() > LEAST_OFF else np.ones(len(on), dtype=bool)
 
@@ -1008,7 +1007,8 @@ def _tails(left: Floats) -> float:
 
 
 def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = True) -> bool:
-    """Whether what wanders goes in jumps, bumps or swings, and not by many small steps.
+    """Whether what wanders goes in jumps, bumps or swings, or to and fro between two levels, and
+    not by many small steps.
 
     Jumps count ``where`` nothing else makes them; swings on the ``whole``, if that is free of what
     an equation leaves that is only nearly right.
@@ -1017,13 +1017,13 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     so are its innovations (of this ``gain``), which are white besides. Contacts and loads come and
     go, loose parts ring, what nobody logs swings.
     """
+    if _two_levels(walk):
+        return True
     seconds = len(walk) // 20
     moves = np.diff(walk[: seconds * 20].reshape(-1, 20).mean(axis=1))
     moves -= moves.mean()
     news = innovations(walk[:, None], gain)[:, 0]
     news -= news.mean()
-    if _two_levels(walk):
-        return True
     often = where[: seconds * 20].reshape(-1, 20).mean(axis=1) > 0.5
     calm = _gaussian(moves[often[1:] & often[:-1]], JERKY) and _gaussian(news[where], JUMPY)
     if not (calm and whole):
