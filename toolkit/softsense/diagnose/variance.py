@@ -254,8 +254,12 @@ def findings(
     # A tone takes some of the noise beside it along.
     toneless = {c: levels[c] / there[c] for c in levels if c not in lines}
     loud |= {c: levels[c] for c in _apart(toneless) - set(bent)}
-    coloured = {c: float(np.std(left[:, c])) for c in noisy}
-    loud |= {c: level for c, level in coloured.items() if level > SOMEWHAT * there[c]}
+    for c in noisy:
+        rest = _unspiked(left[:, c]) if c in spiky else left[:, c]
+        level, white = float(np.std(rest)), float(noise_rms(rest[:, None])[0])
+        # Its colour, or its bursts, must be as loud as all that was simulated.
+        if level > max(SOMEWHAT * there[c], np.hypot(white, there[c])):
+            loud[c] = level
     result = []
     if spiky:
         result.append(Finding("spikes", tuple(spiky), float(len(spiky)), "channels with spikes"))
@@ -816,11 +820,12 @@ def _spikes(left: Floats) -> NDArray[np.bool_]:
 
 
 def _in_bursts(left: Floats, hit: NDArray[np.bool_]) -> bool:
-    """Whether those around most samples that are ``hit`` are as far: that is noise, or a tone, in
-    bursts."""
-    fast = np.pad(_fast(left), BURST // 2, mode="reflect")
-    near = np.lib.stride_tricks.sliding_window_view(fast, BURST)[hit]
-    alone = near[:, BURST // 2] > BURST_SIGMA * 1.4826 * np.median(near, axis=1)
+    """Whether what is around most samples that are ``hit`` is as far off: that is noise, or a tone,
+    in bursts. Spikes that come in bursts have calm samples between them."""
+    off = np.abs(left - median_filter(left, BURST))
+    usual = 1.4826 * median_filter(off, BURST)[hit]
+    # The neighbours of a spike are far from it.
+    alone = maximum_filter1d(off, 3)[hit] > BURST_SIGMA * usual
     return bool(alone.sum() < ALONE_PART * hit.sum())
 
 
