@@ -174,7 +174,7 @@ def refined(
         return None
     forms = {name: entry.candidate.form for name, entry in entries.items()}
     values = _fitted(active, begun, free, forms, fine)
-    return [_entries(channel, values, forms) for channel in channels]
+    return [_entries(channel, channel.nominal, values, forms) for channel in channels]
 
 
 def _fitted(
@@ -231,26 +231,40 @@ def _changes(
 ) -> Floats:
     """(channels, searched samples) what effects of the motion change on each channel."""
     channels = [channel for channel, _ in active]
-    if len(values) == 1:
-        (name,) = values
-        first = channels[0]
-        _, candidate = first.between(first.nominal, name, values[name], forms[name])
-        if candidate.by_strain and candidate.moved is not None:
-            # One strain, and what all say of it at once.
-            said = first.said_by_all(candidate.moved())
-            return np.stack([channel.changed_by(said) for channel in channels])
-    made = [_entries(channel, values, forms) for channel in channels]
-    return np.stack([sum(entry.columns[:, 0] for entry in each.values()) for each in made])
+    (name, given), *others = values.items()
+    first = channels[0].nominal
+    _, candidate = channels[0].between(first, name, given, forms[name])
+    if candidate.by_strain and candidate.moved is not None:
+        # One strain, and what all say of it at once.
+        strain = candidate.moved()
+        said = channels[0].said_by_all(strain)
+        changes = np.stack([channel.changed_by(said) for channel in channels])
+        if not others:
+            return changes
+        if changes.shape[1] == len(strain):
+            for channel, change in zip(channels, changes, strict=True):
+                nominal = channel.nominal.acting_on(channel.nominal.u + change, lambda: strain)
+                change += _change(_entries(channel, nominal, dict(others), forms))
+            return changes
+    return np.stack([_change(_entries(c, c.nominal, values, forms)) for c in channels])
 
 
-def _entries(channel: Channel, values: Values, forms: Mapping[str, str]) -> dict[str, Entry]:
-    """The entries of effects of the motion, each acting on what the one before has done."""
+def _change(entries: Mapping[str, Entry]) -> Floats:
+    """(searched samples,) what all of ``entries`` change."""
+    change: Floats = np.sum([entry.columns[:, 0] for entry in entries.values()], axis=0)
+    return change
+
+
+def _entries(
+    channel: Channel, nominal: Nominal, values: Values, forms: Mapping[str, str]
+) -> dict[str, Entry]:
+    """The entries of effects of the motion upon a ``nominal`` signal of the channel, each acting on
+    what the one before has done."""
     result: dict[str, Entry] = {}
-    nominal = channel.nominal
+    now = nominal
     for name in values:
-        entry = channel.fine(nominal, name, values[name], forms[name])
-        result[name] = replace(entry, nominal=nominal)
+        entry = channel.fine(now, name, values[name], forms[name])
+        result[name] = replace(entry, nominal=now)
         if len(result) < len(values):
-            change = sum(one.columns[:, 0] for one in result.values())
-            nominal = channel.nominal.acting_on(channel.nominal.u + change, entry.candidate.moved)
+            now = nominal.acting_on(nominal.u + _change(result), entry.candidate.moved)
     return result

@@ -127,20 +127,38 @@ def _changing(nominal: Nominal, values: Mapping[str, float]) -> Candidate:
 
 def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
     """(samples,) the delay of a course of time."""
-    since_s = nominal.time_s[nominal.keep] - nominal.reference.start_s
-    late: Floats = values.get("delay_s", 0.0) + values.get("skew", 0.0) * since_s
+    reference, step = nominal.reference, nominal.keep.step or 1
+    times = (
+        -(-len(nominal.strain) // step),
+        nominal.start_s - reference.start_s,
+        nominal.dt_s * step,
+        reference.duration_s,
+    )
+    return _late(tuple(values.items()), *times)
+
+
+@lru_cache(maxsize=8)
+def _late(
+    values: tuple[tuple[str, float], ...],
+    samples: int,
+    first_s: float,
+    step_s: float,
+    duration_s: float,
+) -> Floats:
+    """The same; every channel asks for one."""
+    given, times = dict(values), (samples, first_s, step_s, duration_s)
+    since = _since(*times)
+    late: Floats = given.get("delay_s", 0.0) + given.get("skew", 0.0) * duration_s * since
     # What is to come is not known: the last delay stays, or grows on evenly.
-    first, step = float(since_s[0]), nominal.dt_s * (nominal.keep.step or 1)
-    times = len(since_s), first, step, nominal.reference.duration_s
-    if not values.keys().isdisjoint(COURSES):
-        late = late + _courses(*times) @ np.array([values.get(key, 0.0) for key in COURSES])
-    if KNOTS[0] in values:
-        at, knots = np.linspace(0.0, 1.0, len(KNOTS)), np.array([values[key] for key in KNOTS])
+    if not given.keys().isdisjoint(COURSES):
+        late = late + _courses(*times) @ np.array([given.get(key, 0.0) for key in COURSES])
+    if KNOTS[0] in given:
+        at, knots = np.linspace(0.0, 1.0, len(KNOTS)), np.array([given[key] for key in KNOTS])
         wandered: Floats = late + np.interp(_passed(*times), at, knots)
         # What wandered freely has no pace either: it goes back to where it was on the whole.
-        beyond = np.maximum(_since(*times) - 1.0, 0.0)
-        pace = values.get("skew", 0.0) * nominal.reference.duration_s
-        mean = values.get("delay_s", 0.0) + 0.5 * pace + float(knots.mean())
+        beyond = np.maximum(since - 1.0, 0.0)
+        pace = given.get("skew", 0.0) * duration_s
+        mean = given.get("delay_s", 0.0) + 0.5 * pace + float(knots.mean())
         held = wandered - pace * beyond
         returning: Floats = mean + (held - mean) * np.exp(-beyond / RETURNS)
         return returning
