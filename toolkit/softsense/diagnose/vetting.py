@@ -46,6 +46,10 @@ OTHERWISE = 0.3
 ALIKE = 7.0
 # Where only what is slow would say it, more of it is asked.
 MUCH_ALIKE = 40.0
+# What is alike is most of what wanders where it is so much of its moves over so many samples: a
+# little of what another effect leaves does not make a walk another one's.
+MOVES_ALIKE = 0.1
+MOVES = 20
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell, by the
 # first ``ASKED`` samples.
 DRIVEN = 0.5
@@ -203,8 +207,8 @@ def signed(channels: Sequence[Channel], best: Model) -> bool:
 
 
 def _alike(channels: Sequence[Channel], best: Model, slow: bool) -> bool:
-    """Whether what the walks' past does not foresee goes together on several channels; much so
-    where else only what is ``slow`` would say it.
+    """Whether what the walks' past does not foresee goes together on several channels, and so do
+    their slower moves; much so where else only what is ``slow`` would say it.
 
     Correlations of two series that are white and independent have the variance 1 / samples.
     """
@@ -214,9 +218,16 @@ def _alike(channels: Sequence[Channel], best: Model, slow: bool) -> bool:
     if best.names & moving():
         return not slow and _strained(walks)
     news = np.stack([innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks])
-    together = np.asarray(np.corrcoef(news))[np.triu_indices(len(news), 1)]
+    many = [walk[: len(walk) // MOVES * MOVES].reshape(-1, MOVES).mean(axis=1) for _, walk in walks]
+    moves = np.diff(np.stack(many), axis=1)
     most = MUCH_ALIKE if slow else ALIKE
-    return bool(np.mean(together**2) * news.shape[1] > most)
+    return _shared(news) * news.shape[1] > most and _shared(moves) > MOVES_ALIKE
+
+
+def _shared(series: Floats) -> float:
+    """The mean square of the correlations of each two of ``series`` (several, samples)."""
+    together = np.asarray(np.corrcoef(series))[np.triu_indices(len(series), 1)]
+    return float(np.mean(together**2))
 
 
 def _strained(walks: Sequence[tuple[Channel, Floats]]) -> bool:
