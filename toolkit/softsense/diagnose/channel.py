@@ -61,7 +61,9 @@ OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
 STATIC_PRICE = 0.5
 STATIC_SHARE = 0.02
-# A curve that comes with an effect (``Candidate.curved``).
+# A curve that comes with an effect (``Candidate.curved``), or beside one of the past alone is no
+# more than this share of the gap: there its equation has another mean curve.
+SMALL_CURVE = 0.05
 CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
 # Per sample: such a curve is one of its own where the effect adds less to it.
@@ -73,8 +75,10 @@ MOST_CURVED = 0.1
 PARAMETER_PRICE = 0.01
 # What follows whatever is near (``Candidate.pliable``) says a little more than it should.
 PLIABLE_SHARE = 0.002
-# What one effect's equation, being only nearly right, may leave to a second one, of the gap.
-FORM_SHARE = 0.006
+# What one effect's equation, being only nearly right, may leave to a second one, of the gap; or of
+# what moves beside a walk.
+FORM_SHARE = 0.02
+FORM_SHARE_BESIDE_WALK = 0.006
 # The same where every equation is exact: play, delays, circuits.
 EXACT_SHARE = 0.002
 # Of two effects that leave nearly nothing both are right, whatever the gap: such a share is no more
@@ -631,7 +635,8 @@ class Channel:
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
             if len(fit.picks) > 1:
                 moves = float(self.walking.squares.sum()) / self.sigma**2
-                price += FORM_SHARE * max(moves - self.samples, 0.0) * (len(fit.picks) - 1)
+                beyond = max(moves - self.samples, 0.0)
+                price += FORM_SHARE_BESIDE_WALK * beyond * (len(fit.picks) - 1)
         else:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))
@@ -649,6 +654,8 @@ class Channel:
             price += self._share_price(PLIABLE_SHARE, fit)
         if fit.static is not None and len(fit.static) == 1:
             price += OFFSET_PRICE * self.samples + self._share_price(OFFSET_SHARE, fit)
+        elif self._own_curve(fit):
+            price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
         elif fit.static is not None:
             price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
@@ -674,6 +681,14 @@ class Channel:
             if beside < max(IDLE * self.sigma**2, most):
                 result.append(name)
         return result
+
+    def _own_curve(self, fit: Fit) -> bool:
+        """Whether the static curve of a fit is a small one beside an effect of the past alone."""
+        if fit.static is None or len(fit.picks) != 1 or fit.picks[0][0] == WALK:
+            return False
+        curve = self.static[self._thin] @ fit.static
+        small = float(curve.var()) < SMALL_CURVE * self.excess / self.samples * self.sigma**2
+        return all_effects()[fit.picks[0][0]].lasting and small
 
     def _share_price(self, share: float, fit: Fit) -> float:
         """This share of the gap, or less where a fit without a walk leaves nearly nothing of it."""
