@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from scipy.signal import butter, lfilter
 
 import softsense as ss
 from softsense.cli.main import main
-from softsense.diagnose import augment, diagnose, folder
+from softsense.diagnose import augment, diagnose, folder, vetting
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
@@ -29,6 +30,7 @@ from softsense.diagnose.nominal import (
     nominals,
     reference_of,
 )
+from softsense.diagnose.search import Model, _fewest_first, by_price
 from softsense.diagnose.variance import (
     Finding,
     cleaned,
@@ -1102,6 +1104,50 @@ def test_noise_of_a_colour_or_in_bursts_is_noise(kind: str) -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+def test_a_loop_with_another_mean_curve_is_hysteresis_alone() -> None:
+    """What its equation leaves is a small share of it, and no effect besides."""
+    x, codes = clean(50)
+    loops = np.zeros_like(x)
+    for size, half in ((0.5, 0.05), (1.0, 0.12), (0.6, 0.25)):
+        played, at = np.empty_like(x), x[0]
+        for k, value in enumerate(x):
+            played[k] = at = min(max(at, value - half), value + half)
+        loops += size * (played - x)
+    loops -= np.polyval(np.polyfit(x, loops, 3), x)
+    curve = np.sin(2.2 * np.pi * x)
+    curve -= np.polyval(np.polyfit(x, curve, 1), x)
+    change = 18.0 * (loops / loops.std() + 0.5 * curve / curve.std())
+    made = codes + change[:, None] * np.array([1.0, -1.0, 0.7, 0.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("hysteresis",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+def test_spikes_that_come_in_bursts_are_spikes() -> None:
+    """Between those of one burst it is as calm as elsewhere, unlike in a burst of noise."""
+    x, codes = clean(47)
+    rng = np.random.default_rng(31)
+    made = codes.copy()
+    for begin in np.flatnonzero(rng.random(len(x) - 40) < 0.003):
+        made[begin + rng.choice(33, 11, replace=False), 1] += rng.uniform(30.0, 90.0, 11)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("spikes",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
+def test_what_spikes_leave_is_no_coloured_noise() -> None:
+    """Nor is what is coloured where it is little beside the noise that was simulated."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(12)
+    own, left = rng.normal(size=(2, *codes.shape))
+    left *= 1.6
+    left[:, 1] += 90.0 * (rng.random(len(codes)) < 0.005)
+    left[:, 2] += lfilter([0.3], [1.0, -0.7], rng.normal(size=len(codes)))
+    left[:, 3] += lfilter([3.0], [1.0, -0.7], rng.normal(size=len(codes)))
+    found = findings(left, left, own, motion_of(x, 0.05, 0.0, None), False, noisy=(1, 2, 3))
+    assert {f.name: f.channels for f in found} == {"spikes": (1,), "noise": (3,)}
+
+
 def test_a_contact_that_opens_and_closes_is_neither_a_walk_nor_a_temperature() -> None:
     """It is the same on several channels, and at one of two levels nearly always."""
     x, codes = clean(44)
@@ -1595,6 +1641,18 @@ def test_spikes_that_ring_for_long_are_spikes() -> None:
     assert np.std(cleaned(left, found, motion)[:, 1]) < 2.5
 
 
+def test_walks_are_another_effects_only_where_most_of_them_is(monkeypatch) -> None:
+    """What all channels have in common may be a little of what each has for itself."""
+    rng = np.random.default_rng(14)
+    own = np.cumsum(rng.normal(size=(3, 8000)), axis=1) + rng.normal(size=(3, 8000))
+    common = lfilter([1.0], [1.0, -0.95], rng.normal(size=8000))
+    channel = SimpleNamespace(gain=0.6)
+    for share, said in ((0.4, False), (3.0, True)):
+        walks = [(channel, walk + share * common) for walk in own]
+        monkeypatch.setattr(vetting, "walks_of", lambda channels, best, walks=walks: walks)
+        assert vetting._alike((), Model(frozenset({"gain", "random_walk"}), (), 0.0), False) is said
+
+
 def test_a_walk_is_no_jerk_where_a_rail_hides_it() -> None:
     rng = np.random.default_rng(2)
     walk = np.cumsum(rng.normal(size=8000)) + rng.normal(size=8000)
@@ -1676,6 +1734,16 @@ def test_where_fewer_effects_say_all_no_more_are_missed(monkeypatch) -> None:
     assert set(quick.effects) == {"drift", "overshoot"}
     assert quick.state_json() == whole.state_json()
     assert quick.data["after"] == whole.data["after"]
+
+
+def test_an_effect_more_must_leave_less() -> None:
+    """Each channel may find a cheaper one than the others have."""
+    channels = [SimpleNamespace(left=lambda fit: fit)] * 2
+    one = Model(frozenset({"crosstalk"}), (0.1, 0.2), 9.0)
+    two = Model(frozenset({"crosstalk", "adc_nonlinearity"}), (0.1, 0.3), 8.0)
+    assert by_price(_fewest_first(channels, [two, one]))[0].names == one.names
+    better = replace(two, fits=(0.1, 0.1))
+    assert by_price(_fewest_first(channels, [better, one]))[0].names == two.names
 
 
 def test_a_large_step_is_known_to_the_sample() -> None:

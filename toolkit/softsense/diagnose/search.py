@@ -31,6 +31,9 @@ ZOOMED = 6
 ZOOMED_OF_LONG = 1
 COMPOSED = 8
 COMPOSED_WALKS = 3
+# Those that cost no more than so many times the best: it is seldom that what effects do to each
+# other is much of what they do.
+COMPOSED_WITHIN = 1.6
 # Pairs and triples whose candidates are chosen again, each form in its turn.
 CHOSEN_AGAIN = 4
 # Single effects that are looked at once more, as those of pairs are.
@@ -54,8 +57,10 @@ MOVES = 0.5
 ONE_LEAVES = 0.01
 UPON = 3
 # Of a long recording it is not looked at closely where it leaves so many times what others do; of
-# any, where it leaves more than ``MOVES`` of a gap that others say.
+# any, where it leaves more than ``MOVES`` of a gap that others say. Nor is anything upon it, where
+# others leave no more than this share of the gap.
 HOPELESS = 4.0
+NEEDLESS = 0.02
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel.
 AT_FIRST = 2
@@ -316,6 +321,8 @@ def search(
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
     kinds.append([m for m in fine if len(m.names) == 1 and WALK not in m.names][:REFINED])
+    dearest = COMPOSED_WITHIN * fine[0].price
+    kinds = [[made for made in kind if made.price < dearest] for kind in kinds]
     several = [made for kind in kinds for made in kind[:AT_FIRST]]
     later = [made for kind in kinds for made in kind[AT_FIRST:]]
     both = moving() & set(names)
@@ -332,7 +339,7 @@ def search(
     done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
-    return _walk_last(channels, by_price(last))
+    return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
 
 
 def weighed(channels: Sequence[Channel], made: Model) -> Model:
@@ -345,9 +352,11 @@ def weighed(channels: Sequence[Channel], made: Model) -> Model:
     return replace(made, price=made.price + LEFT_AGAIN * left)
 
 
-def _without_motion(channels: Sequence[Channel], best: Model) -> bool:
-    """Whether the ``best`` needs no motion to say nearly all that there is."""
-    return not best.names & moving() and _left(channels, best) < _for_one_each(channels)
+def _without_motion(channels: Sequence[Channel], best: Model, enough: float = 0.0) -> bool:
+    """Whether the ``best`` needs no motion to say nearly all that there is, or leaves less than
+    ``enough``."""
+    enough = max(enough, _for_one_each(channels))
+    return not best.names & moving() and _left(channels, best) < enough
 
 
 def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
@@ -391,6 +400,16 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     if beside and _left(channels, without) < WALK_LEAVES * _left(channels, models[0]):
         return [made for made in models if WALK not in made.names or len(made.names) == 1]
     return models
+
+
+def _fewest_first(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
+    """An effect more must leave less: where fewer leave as little they are as good, though each
+    channel may find a cheaper one."""
+    best, left = models[0], _left(channels, models[0])
+    if WALK in best.names:
+        return models
+    fewer = [m for m in models if m.names and m.names < best.names and _left(channels, m) <= left]
+    return [replace(made, price=best.price) for made in fewer[:1]] + models
 
 
 def _for_one_each(channels: Sequence[Channel]) -> float:
@@ -444,11 +463,12 @@ def _upon_motion(
     no motion is needed to say what there is.
     """
     may_pay = _least(channels, 2) < models[0].price
-    if channels[0].long or not may_pay or _without_motion(channels, models[0]):
+    gap = sum(channel.excess for channel in channels)
+    if channels[0].long or not may_pay or _without_motion(channels, models[0], NEEDLESS * gap):
         return []
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
-    enough = MOVES * sum(channel.excess for channel in channels)
+    enough = MOVES * gap
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]
     for before in [*alone, *_known_by_one(channels)]:
