@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
@@ -19,6 +20,7 @@ import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose, folder, vetting
 from softsense.diagnose.channel import Channel
+from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
     curves_of,
@@ -1734,6 +1736,15 @@ def test_where_fewer_effects_say_all_no_more_are_missed(monkeypatch) -> None:
     assert set(quick.effects) == {"drift", "overshoot"}
     assert quick.state_json() == whole.state_json()
     assert quick.data["after"] == whole.data["after"]
+
+
+def test_short_work_stays_on_its_core() -> None:
+    def where(item: int) -> int:
+        return threading.get_ident()
+
+    with one_core():
+        assert set(all_at_once(where, range(8))) == {threading.get_ident()}
+    assert threading.get_ident() not in all_at_once(where, range(8))
 
 
 def test_an_effect_more_must_leave_less() -> None:

@@ -75,10 +75,8 @@ MOST_CURVED = 0.1
 PARAMETER_PRICE = 0.01
 # What follows whatever is near (``Candidate.pliable``) says a little more than it should.
 PLIABLE_SHARE = 0.002
-# What one effect's equation, being only nearly right, may leave to a second one, of the gap; or of
-# what moves beside a walk.
-FORM_SHARE = 0.02
-FORM_SHARE_BESIDE_WALK = 0.006
+# What one effect's equation, being only nearly right, may leave to a second one, of the gap.
+FORM_SHARE = 0.006
 # The same where every equation is exact: play, delays, circuits.
 EXACT_SHARE = 0.002
 # Of two effects that leave nearly nothing both are right, whatever the gap: such a share is no more
@@ -635,8 +633,7 @@ class Channel:
             price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
             if len(fit.picks) > 1:
                 moves = float(self.walking.squares.sum()) / self.sigma**2
-                beyond = max(moves - self.samples, 0.0)
-                price += FORM_SHARE_BESIDE_WALK * beyond * (len(fit.picks) - 1)
+                price += FORM_SHARE * max(moves - self.samples, 0.0) * (len(fit.picks) - 1)
         else:
             # Parts that cancel are as good as one effect more.
             count = len(fit.picks) + len(self._cancelling(fit))

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import WALK, Channel, acts_on_change, explained
-from softsense.diagnose.cores import all_at_once
+from softsense.diagnose.channel import SEARCHED, WALK, Channel, acts_on_change, explained
+from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.moved import together
 from softsense.diagnose.nominal import (
     Motion,
@@ -170,7 +170,7 @@ def diagnose(
 
     Raises ``SoftsenseError`` where the recordings do not belong together, or a channel is dead.
     """
-    with _one_thread():
+    with _one_thread(), one_core() if len(real) <= SEARCHED else nullcontext():
         return _diagnosed(sim, real, seed, without)
 
 

@@ -31,9 +31,6 @@ ZOOMED = 6
 ZOOMED_OF_LONG = 1
 COMPOSED = 8
 COMPOSED_WALKS = 3
-# Those that cost no more than so many times the best: it is seldom that what effects do to each
-# other is much of what they do.
-COMPOSED_WITHIN = 1.6
 # Pairs and triples whose candidates are chosen again, each form in its turn.
 CHOSEN_AGAIN = 4
 # Single effects that are looked at once more, as those of pairs are.
@@ -57,13 +54,15 @@ MOVES = 0.5
 ONE_LEAVES = 0.01
 UPON = 3
 # Of a long recording it is not looked at closely where it leaves so many times what others do; of
-# any, where it leaves more than ``MOVES`` of a gap that others say. Nor is anything upon it, where
-# others leave no more than this share of the gap.
+# any, where it leaves more than ``MOVES`` of a gap that others say.
 HOPELESS = 4.0
-NEEDLESS = 0.02
 # So many of each at first, and the rest where these then leave less than so much of what they did,
-# or what is left would still pay for so many effects on every channel.
+# or what is left would still pay for so many effects on every channel; of these only what costs no
+# more than so many times the best: what effects do to each other is seldom much of what they do,
+# but for a converter, which has other edges where another code is.
 AT_FIRST = 2
+WITHIN = 1.6
+WITHIN_BENT = 5.0
 TOLD_MORE = 0.9
 UNTOLD = 4.0
 # A random walk, of the largest gap of a channel that it is named on.
@@ -321,10 +320,8 @@ def search(
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
     kinds.append([m for m in fine if len(m.names) == 1 and WALK not in m.names][:REFINED])
-    dearest = COMPOSED_WITHIN * fine[0].price
-    kinds = [[made for made in kind if made.price < dearest] for kind in kinds]
     several = [made for kind in kinds for made in kind[:AT_FIRST]]
-    later = [made for kind in kinds for made in kind[AT_FIRST:]]
+    later = [m for kind in kinds for m in kind[AT_FIRST:] if _may_be_near(m, fine[0])]
     both = moving() & set(names)
     if fine[0].names & both and both not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
@@ -342,6 +339,12 @@ def search(
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
 
 
+def _may_be_near(made: Model, best: Model) -> bool:
+    """Whether ``made`` may cost as little as the ``best`` where effects act on each other."""
+    bent = any(all_effects()[name].bent for name in made.names - {WALK})
+    return made.price < (WITHIN_BENT if bent else WITHIN) * best.price
+
+
 def weighed(channels: Sequence[Channel], made: Model) -> Model:
     """``made``, whose effects act on each other by now, with a price for what several leave."""
     left = sum(
@@ -352,11 +355,9 @@ def weighed(channels: Sequence[Channel], made: Model) -> Model:
     return replace(made, price=made.price + LEFT_AGAIN * left)
 
 
-def _without_motion(channels: Sequence[Channel], best: Model, enough: float = 0.0) -> bool:
-    """Whether the ``best`` needs no motion to say nearly all that there is, or leaves less than
-    ``enough``."""
-    enough = max(enough, _for_one_each(channels))
-    return not best.names & moving() and _left(channels, best) < enough
+def _without_motion(channels: Sequence[Channel], best: Model) -> bool:
+    """Whether the ``best`` needs no motion to say nearly all that there is."""
+    return not best.names & moving() and _left(channels, best) < _for_one_each(channels)
 
 
 def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
@@ -463,12 +464,11 @@ def _upon_motion(
     no motion is needed to say what there is.
     """
     may_pay = _least(channels, 2) < models[0].price
-    gap = sum(channel.excess for channel in channels)
-    if channels[0].long or not may_pay or _without_motion(channels, models[0], NEEDLESS * gap):
+    if channels[0].long or not may_pay or _without_motion(channels, models[0]):
         return []
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
-    enough = MOVES * gap
+    enough = MOVES * sum(channel.excess for channel in channels)
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]
     for before in [*alone, *_known_by_one(channels)]:
