@@ -1,11 +1,11 @@
 """How well the diagnosis does on made cases.
 
-  python tests/benchmarks/gap/run.py [--half train|held-out|elsewhere|liquid|strange|wearable]
-                                     [--cases N] [--jobs N] [--dask ADDRESS] [--json FILE]
+  python tests/benchmarks/gap/run.py [--half NAME] [--cases N] [--jobs N] [--dask ADDRESS]
+                                     [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere``, ``liquid`` and ``wearable`` have sensors, motions and equations of other origins, and
-``strange`` has only what no entry of the catalogue describes.
+``elsewhere``, ``liquid``, ``wearable`` and ``actuator`` have sensors, motions and equations of
+other origins, and ``strange`` has only what no entry of the catalogue describes.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -27,6 +27,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import actuator
 import cases
 import elsewhere
 import liquid
@@ -59,12 +60,13 @@ ALIASES = {
 }
 RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
-HALVES = ("train", "held-out", "elsewhere", "liquid", "strange", "wearable")
+HALVES = ("train", "held-out", "elsewhere", "liquid", "strange", "wearable", "actuator")
 OF_OTHERS = {
     "elsewhere": elsewhere,
     "liquid": liquid,
     "strange": strange,
     "wearable": wearable,
+    "actuator": actuator,
 }
 
 # What is hidden, seed, excitation, half, and what shall not be known.
