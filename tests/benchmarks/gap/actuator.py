@@ -17,13 +17,11 @@ import zlib
 from types import SimpleNamespace
 
 import numpy as np
-from cases import Case
+from cases import Case, converted
 from numba import njit
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import fftconvolve, lfilter
 from scipy.special import erf
-
-from softsense.recording import FrontEnd, Recording
 
 DT, SUB = 0.05, 10
 H = DT / SUB
@@ -1477,17 +1475,7 @@ def make(
     sim = nominal + noise[0]
 
     def cut(label, codes, part):
-        codes = np.clip(np.floor(codes[part] + 0.5), 0, 4095).astype(np.int32)
-        return Recording(
-            label,
-            tuple(f"s{i + 1}" for i in range(w.channels)),
-            codes,
-            ("strain",),
-            ("1",),
-            w.x[::SUB][part][:, None].copy(),
-            np.arange(len(codes)) * DT,
-            tuple(FrontEnd("codes", 12) for _ in range(w.channels)),
-        )
+        return converted(label, codes[part], w.x[::SUB][part])
 
     one, two = slice(0, N1), slice(N1 + REST, N)
     return Case(

@@ -49,6 +49,22 @@ class Case:
     unseen: bool  # an equation of it is not used by the training half
 
 
+def converted(label: str, signals: Floats, strain: Floats) -> Recording:
+    """The recording of ``signals`` (samples, channels) in codes, as 12 bits have them, beside a
+    ``strain`` (samples,)."""
+    samples, channels = signals.shape
+    return Recording(
+        label,
+        tuple(f"s{channel + 1}" for channel in range(channels)),
+        np.clip(np.floor(signals + 0.5), 0, 4095).astype(np.int32),
+        ("strain",),
+        ("1",),
+        strain[:, None].copy(),
+        np.arange(samples) * DT_S,
+        tuple(FrontEnd("codes", 12) for _ in range(channels)),
+    )
+
+
 def motion(rng: Random, samples: int, excitation: str) -> Floats:
     """Strain 0 … 0.4."""
     t = np.arange(samples) * DT_S

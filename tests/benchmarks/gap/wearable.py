@@ -13,11 +13,9 @@ effects or the simulator.
 import math
 
 import numpy as np
-from cases import Case
+from cases import Case, converted
 from scipy.signal import fftconvolve, lfilter
 from scipy.special import erf, exp1
-
-from softsense.recording import FrontEnd, Recording
 
 SUB, DT = 5, 0.05  # fine steps per sample, sample interval
 N1, REST, N2 = 8000, 400, 4000
@@ -1352,17 +1350,7 @@ def make(
         truth[name] = tuple(int(i) for i in ch)
 
     def cut(label, codes, part):
-        codes = np.clip(np.floor(codes[part] + 0.5), 0, 4095).astype(np.int32)
-        return Recording(
-            label,
-            tuple(f"s{i + 1}" for i in range(c)),
-            codes,
-            ("strain",),
-            ("1",),
-            xf[::SUB][part][:, None].copy(),
-            np.arange(len(codes)) * DT,
-            tuple(FrontEnd("codes", 12) for _ in range(c)),
-        )
+        return converted(label, codes[part], xf[::SUB][part])
 
     sim, one, two = nominal + noise[0], slice(0, N1), slice(N1 + REST, N)
     return Case(

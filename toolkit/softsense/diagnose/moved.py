@@ -234,18 +234,17 @@ def _changes(
     (name, given), *others = values.items()
     first = channels[0].nominal
     _, candidate = channels[0].between(first, name, given, forms[name])
-    if candidate.by_strain and candidate.moved is not None:
+    # What is thinned for the search is not what a second effect acts on.
+    whole = not others or channels[0].samples == len(first.strain)
+    if candidate.by_strain and candidate.moved is not None and whole:
         # One strain, and what all say of it at once.
         strain = candidate.moved()
         said = channels[0].said_by_all(strain)
         changes = np.stack([channel.changed_by(said) for channel in channels])
-        if not others:
-            return changes
-        if changes.shape[1] == len(strain):
-            for channel, change in zip(channels, changes, strict=True):
-                nominal = channel.nominal.acting_on(channel.nominal.u + change, lambda: strain)
-                change += _change(_entries(channel, nominal, dict(others), forms))
-            return changes
+        for channel, change in zip(channels, changes, strict=True) if others else ():
+            nominal = channel.nominal.acting_on(channel.nominal.u + change, lambda: strain)
+            change += _change(_entries(channel, nominal, dict(others), forms))
+        return changes
     return np.stack([_change(_entries(c, c.nominal, values, forms)) for c in channels])
 
 

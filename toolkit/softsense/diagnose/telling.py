@@ -22,7 +22,7 @@ from softsense.diagnose.nominal import (
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding
 from softsense.diagnose.vetting import REMAINING_ALONE, Vetted, left_share, signed, walks_of
-from softsense.diagnose.walk import without_slow
+from softsense.diagnose.walk import levels, without_slow
 from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
 
@@ -218,7 +218,7 @@ def _common(channels: Sequence[Channel], best: Model) -> bool:
     walks = [walk for _, walk in walks_of(channels, best)]
     if len(walks) < 2:
         return False
-    slow = np.stack([w[: len(w) // 20 * 20].reshape(-1, 20).mean(axis=1) for w in walks], axis=1)
+    slow = np.stack([levels(walk) for walk in walks], axis=1)
     slow -= slow.mean(axis=0)
     powers = np.linalg.svd(slow / slow.std(axis=0), compute_uv=False) ** 2
     return float(powers[0] / powers.sum()) > COMMON.get(len(walks), COMMON_OF_MORE)

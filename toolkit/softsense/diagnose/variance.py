@@ -15,7 +15,7 @@ from scipy.stats import kurtosis
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import BLOCKS
 from softsense.diagnose.nominal import Motion, noise_rms
-from softsense.diagnose.walk import innovations, likely_gain
+from softsense.diagnose.walk import innovations, levels, likely_gain
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -1024,12 +1024,11 @@ def jerky(walk: Floats, gain: float, where: NDArray[np.bool_], whole: bool = Tru
     """
     if _two_levels(walk):
         return True
-    seconds = len(walk) // 20
-    moves = np.diff(walk[: seconds * 20].reshape(-1, 20).mean(axis=1))
+    moves = np.diff(levels(walk))
     moves -= moves.mean()
     news = innovations(walk[:, None], gain)[:, 0]
     news -= news.mean()
-    often = where[: seconds * 20].reshape(-1, 20).mean(axis=1) > 0.5
+    often = levels(where.astype(np.float64)) > 0.5
     calm = _gaussian(moves[often[1:] & often[:-1]], JERKY) and _gaussian(news[where], JUMPY)
     if not (calm and whole):
         return not calm

@@ -28,7 +28,7 @@ from softsense.diagnose.search import (
     refined,
     weighed,
 )
-from softsense.diagnose.walk import innovations, without_slow
+from softsense.diagnose.walk import innovations, levels, without_slow
 from softsense.effects import all_effects
 from softsense.effects.overshoot import SIGNED
 
@@ -46,10 +46,9 @@ OTHERWISE = 0.3
 ALIKE = 7.0
 # Where only what is slow would say it, more of it is asked.
 MUCH_ALIKE = 40.0
-# What is alike is most of what wanders where it is so much of its moves over so many samples: a
-# little of what another effect leaves does not make a walk another one's.
+# What is alike is most of what wanders where it is so much of its slower moves: a little of what
+# another effect leaves makes no walk its own.
 MOVES_ALIKE = 0.1
-MOVES = 20
 # Share of what a walk does within ``FAST`` samples that the history of the motion may tell, by the
 # first ``ASKED`` samples.
 DRIVEN = 0.5
@@ -218,8 +217,7 @@ def _alike(channels: Sequence[Channel], best: Model, slow: bool) -> bool:
     if best.names & moving():
         return not slow and _strained(walks)
     news = np.stack([innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks])
-    many = [walk[: len(walk) // MOVES * MOVES].reshape(-1, MOVES).mean(axis=1) for _, walk in walks]
-    moves = np.diff(np.stack(many), axis=1)
+    moves = np.diff(np.stack([levels(walk) for _, walk in walks]), axis=1)
     most = MUCH_ALIKE if slow else ALIKE
     return _shared(news) * news.shape[1] > most and _shared(moves) > MOVES_ALIKE
 

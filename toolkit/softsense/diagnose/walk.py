@@ -16,6 +16,8 @@ from softsense.effects.operators import compiled
 Floats = NDArray[np.float64]
 
 GAINS = np.array([0.01, 0.02, 0.04, 0.07, 0.12, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
+# Samples whose mean says where a walk is.
+CALM = 20
 
 
 @compiled
@@ -45,6 +47,12 @@ def likely_gain(signal: Floats, sigma: float) -> float:
         square = float((innovations(signal[:, None], float(gain)) ** 2).sum()) / sigma**2
         costs.append(square - len(signal) * np.log1p(-gain))
     return float(GAINS[int(np.argmin(costs))])
+
+
+def levels(signal: Floats) -> Floats:
+    """(samples // ``CALM``,) where ``signal`` (samples,) is, noise aside: means of so many."""
+    means: Floats = signal[: len(signal) // CALM * CALM].reshape(-1, CALM).mean(axis=1)
+    return means
 
 
 def without_slow(table: Floats, reach: int) -> Floats:
