@@ -33,16 +33,9 @@ from softsense.diagnose.nominal import (
     reference_of,
 )
 from softsense.diagnose.search import Model, _fewest_first, by_price
-from softsense.diagnose.variance import (
-    Finding,
-    cleaned,
-    evident,
-    findings,
-    jerky,
-    moved_by,
-    noise_beside,
-)
+from softsense.diagnose.variance import Finding, cleaned, evident, findings, noise_beside
 from softsense.diagnose.walk import innovations, likely_gain
+from softsense.diagnose.wandering import jerky, moved_by
 from softsense.effects import all_effects
 from softsense.errors import SoftsenseError
 from softsense.recording import FrontEnd, Recording

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.diagnose import variance
+from softsense.diagnose import wandering
 from softsense.diagnose.channel import WALK, Channel
 from softsense.diagnose.design import Base, Design, Group, Term
 from softsense.diagnose.moved import Together, answer
@@ -148,18 +148,18 @@ def _noisy(channels: Sequence[Channel], best: Model) -> tuple[int, ...]:
     if best.names - {WALK}:
         return ()
     # A fit of a walk alone has nothing else, and none has nothing at all.
-    wandering = {
+    gaps = {
         channel: channel.residual - channel.predicted(fit)
         for channel, fit in zip(channels, best.fits, strict=True)
         if fit.picks or channel.excess > channel.effect_price
     }
-    if len(wandering) > 1:
-        together = np.asarray(np.corrcoef(np.stack(list(wandering.values()))))
+    if len(gaps) > 1:
+        together = np.asarray(np.corrcoef(np.stack(list(gaps.values()))))
         if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
             return ()
-    if not all(variance.noisy(left) for left in wandering.values()):
+    if not all(wandering.noisy(left) for left in gaps.values()):
         return ()
-    return tuple(channel.nominal.channel for channel in wandering)
+    return tuple(channel.nominal.channel for channel in gaps)
 
 
 def _moving_alone(channels: Sequence[Channel]) -> list[Model]:
@@ -233,12 +233,12 @@ def _strained(walks: Sequence[tuple[Channel, Floats]]) -> bool:
     leaves that is only nearly right."""
     nominals = [channel.nominal for channel, _ in walks]
     answers = np.stack([answer(nominal) for nominal in nominals], axis=1)
-    wandering = np.stack([walk for _, walk in walks], axis=1)
+    walked = np.stack([walk for _, walk in walks], axis=1)
     sigma = np.array([channel.sigma for channel, _ in walks])
-    answers, wandering = answers / sigma, wandering / sigma
-    together = (answers * wandering).sum(axis=1) / np.maximum((answers**2).sum(axis=1), 1e-12)
-    other = wandering - together[:, None] * answers
-    return float((other**2).sum()) < OTHERWISE * float((wandering**2).sum())
+    answers, walked = answers / sigma, walked / sigma
+    together = (answers * walked).sum(axis=1) / np.maximum((answers**2).sum(axis=1), 1e-12)
+    other = walked - together[:, None] * answers
+    return float((other**2).sum()) < OTHERWISE * float((walked**2).sum())
 
 
 def _jerky(channels: Sequence[Channel], best: Model) -> bool:
@@ -264,7 +264,7 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
     where = np.ones(len(walk), dtype=bool)
     moved = bool(best.names & moving())
     speed = np.abs(channel.nominal.rate)
-    if best.names == {WALK} and variance.moved_by(walk, speed):
+    if best.names == {WALK} and wandering.moved_by(walk, speed):
         return True
     if moved:
         where &= speed <= np.median(speed)
@@ -273,7 +273,7 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
         where[max(jump - BESIDE_STEP, 0) : jump + BESIDE_STEP] = False
     if "saturation" in said:
         where &= np.abs(said["saturation"]) < channel.sigma
-    return variance.jerky(walk, channel.gain, where, not moved)
+    return wandering.jerky(walk, channel.gain, where, not moved)
 
 
 def _calm(channels: Sequence[Channel], made: Model) -> Model:
@@ -291,7 +291,7 @@ def _steady(channels: Sequence[Channel], made: Model) -> Model:
     for channel, walk in walks_of(channels, made):
         without = channel.within(made.names - {WALK})
         nearly = channel.left(without) < REMAINING_ALONE * channel.excess
-        if nearly and variance.moved_by(walk, np.abs(channel.nominal.rate)):
+        if nearly and wandering.moved_by(walk, np.abs(channel.nominal.rate)):
             left_over.append(channel.nominal.channel)
     return _without_walk(channels, made, left_over)
 

@@ -1,0 +1,272 @@
+"""Spikes in a signal: where they are, whether they are some, and the signal without them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
+from scipy.signal import lfilter
+from scipy.stats import kurtosis
+
+from softsense.diagnose.design import BLOCKS
+
+Floats = NDArray[np.float64]
+
+# How far spikes are from what is around them, in usual distances, and how many are some.
+SPIKE_SIGMA = 7.0
+SPIKE_COUNT = 6
+# One alone is a spike where it is so many times the usual distance from both its neighbours, which
+# differ by less than this share of it.
+LONE_SIGMA = 40.0
+LONE_BACK = 0.1
+# Not spikes but steps of a converter are those of which its codes tell more than this share, by
+# bins of so many codes, beside what goes on over so many samples.
+STEPS_SHARE = 0.3
+STEPS_CODES = 4.0
+STEPS_SAMPLES = 41
+# So many times as many are asked where edges of an effect may be among them.
+MANY = 3
+# What stands out does so from so many samples around it.
+SPIKE_AROUND = 101
+# Where spikes of one shape are known smaller ones are spikes too.
+SPIKES_MORE = 5.0
+# No more samples are spikes: what is far from its neighbours more often is a tone that is off half
+# of the time.
+SPIKE_MOST = 0.1
+# Samples whose median is what is usual where a spike begins.
+NEWS = 9
+# Of the samples that are half as far as a spike is, so many must be spikes.
+SPIKE_PART = 0.35
+# Of the spikes such a share must stand out, by so many times what is usual, from so many samples
+# around them: noise that comes in bursts is as loud there.
+BURST = 31
+BURST_SIGMA = 4.0
+ALONE_PART = 0.3
+# What comes before a spike, and how long its tail is looked for, in samples: it begins with so much
+# of the spike at least, is below the other share by then, and below 0 soon if at all. What is there
+# of a spike at the end is no more than the last share.
+BEFORE = 3
+TAIL = 40
+TAIL_LEAST = 0.2
+TAIL_END = 0.08
+TAIL_TURN = 3
+TAIL_STAYS = 0.2
+# And fades by so much from sample to sample at least.
+SPIKE_FADES = 0.95
+# How often spikes are looked for in what the larger ones leave.
+STRUCK = 3
+# Of so many samples what follows is foretold where spikes ring; what is not has such a kurtosis.
+RINGS = 4
+RINGING = 20.0
+
+
+def are_steps(signal: Floats, hit: NDArray[np.bool_], codes: Sequence[Floats]) -> bool:
+    """Whether what is ``hit`` of ``signal`` (samples,) is a converter's, by any of ``codes``, each
+    (samples,)."""
+    fast = _beyond(signal)
+    left = (fast - _by_code(fast, met, hit) for met in codes)
+    most = (1.0 - STEPS_SHARE) * float((fast[hit] ** 2).sum())
+    return any(float((rest[hit] ** 2).sum()) < most for rest in left)
+
+
+def _beyond(signal: Floats) -> Floats:
+    """``signal`` (samples,) beyond what goes on around it."""
+    fast: Floats = signal - uniform_filter1d(signal, STEPS_SAMPLES)
+    return fast
+
+
+def _by_code(fast: Floats, codes: Floats, hit: NDArray[np.bool_]) -> Floats:
+    """(samples,) what ``codes`` tell of what is ``fast``, by means of what other minutes have at
+    the same code; nothing where only what is ``hit`` goes."""
+    bins = ((codes - codes.min()) / STEPS_CODES).astype(np.intp)
+    turn = np.arange(len(fast)) * 2 * BLOCKS // len(fast) % 2
+    told = np.empty(len(fast))
+    for here in (0, 1):
+        seen = turn != here
+        counts = np.bincount(bins[seen], minlength=bins.max() + 1)
+        sums = np.bincount(bins[seen], fast[seen], len(counts))
+        told[~seen] = (sums / np.maximum(counts, 1))[bins[~seen]]
+    usual = np.bincount(bins[~hit], minlength=bins.max() + 1) > 0
+    return _beyond(np.where(usual[bins], told, 0.0))
+
+
+def without_spikes(signal: Floats) -> Floats:
+    """``signal`` (samples,) with straight lines where its spikes were, and without their tails."""
+    plain = _lined(signal)
+    answer = _ringing(signal)
+    if not len(answer):
+        return plain
+    # What no spike before foretells is the spikes themselves, which are sharp; what is beside them
+    # stays as it is, since an error there would have a tail of its own.
+    news = lfilter(answer, [1.0], signal - signal[0])
+    usual = median_filter(news, NEWS)
+    far = np.abs(news - usual)
+    sudden = far > max(SPIKES_MORE * 1.4826 * float(np.median(far)), 1.0)
+    tailless = lfilter([1.0], answer, np.where(sudden, usual, news))
+    several = [plain, _lined(signal[0] + tailless), _lined(_struck(signal))]
+    return min(several, key=np.var)
+
+
+def plain_of(signal: Floats) -> Floats:
+    """``signal`` (samples,) where a tone may be: without its spikes, which are no burst of one."""
+    hit = spike_hits(signal)
+    return signal if hit.any() and _in_bursts(signal, hit) else without_spikes(signal)
+
+
+def _struck(signal: Floats) -> Floats:
+    """``signal`` (samples,) without its spikes and their tails, as their own mean shapes have them:
+    two, for each begins somewhere between two samples."""
+    begins, rest, shape = _begins(signal), signal.copy(), _shape(signal)
+    if not len(shape):
+        return rest
+    reach = np.arange(-1, min(len(shape) + BEFORE, TAIL))
+    windows = signal[begins[:, None] + reach] - _before(signal, begins)[:, None]
+    shapes = np.linalg.svd(windows, full_matrices=False)[2][:2]
+    for _ in range(STRUCK):
+        # Large ones hide small ones that are near.
+        begins = begins[np.argsort(-np.abs(rest[begins] - _before(rest, begins)))]
+        for begin in begins:
+            above = rest[begin + reach] - _before(rest, begin[None])
+            rest[begin + reach] -= shapes.T @ (shapes @ above)
+        begins = _begins(rest)
+    return rest
+
+
+def _before(signal: Floats, begins: NDArray[np.intp]) -> Floats:
+    """(spikes,) what is there before each of the spikes that begin at these samples."""
+    level: Floats = signal[begins[:, None] - np.arange(2, BEFORE + 2)].mean(axis=1)
+    return level
+
+
+def _begins(signal: Floats) -> NDArray[np.intp]:
+    """(spikes,) where spikes begin that are not at the very ends."""
+    hits = np.flatnonzero(spike_hits(signal))
+    hits = hits[(hits > BEFORE + 1) & (hits < len(signal) - TAIL - 1)]
+    jump = np.abs(np.diff(signal, prepend=signal[0]))
+    groups = np.split(hits, np.flatnonzero(np.diff(hits) > BEFORE) + 1)
+    # The largest jump may be beside those that are far from all around them.
+    spans = [np.arange(g[0] - 1, g[-1] + 2) for g in groups if len(g)]
+    return np.array([span[np.argmax(jump[span])] for span in spans], dtype=np.intp)
+
+
+def _lined(signal: Floats) -> Floats:
+    """``signal`` (samples,) with straight lines where its spikes were, and close to them."""
+    return _between(signal, np.convolve(spike_hits(signal), np.ones(5), "same") > 0)
+
+
+def _between(signal: Floats, hit: NDArray[np.bool_]) -> Floats:
+    """``signal`` (samples,) with straight lines where it is ``hit``."""
+    clean, good = signal.copy(), np.flatnonzero(~hit)
+    if len(good):
+        clean[hit] = np.interp(np.flatnonzero(hit), good, signal[good])
+    return clean
+
+
+def _answer(shape: Floats) -> Floats:
+    """1 and less what two samples foretell of the next one in a spike's ``shape``, or nothing."""
+    if len(shape) < 2:
+        return np.zeros(0)
+    held = np.concatenate([[0.0], shape, [0.0, 0.0]])
+    past = np.stack([held[1:-1], held[:-2]], axis=1)
+    ahead, _, _, _ = np.linalg.lstsq(past, held[2:])
+    answer = np.array([1.0, *-ahead])
+    return answer if np.abs(np.roots(answer)).max() < SPIKE_FADES else np.zeros(0)
+
+
+def _ringing(signal: Floats) -> Floats:
+    """The same of what spikes in ``signal`` (samples,) leave behind, or nothing where they are
+    sharp. Where they are too many for their shape to be seen, all samples say what follows one."""
+    answer = _answer(_shape(signal))
+    if len(answer):
+        return answer
+    held = signal - signal.mean()
+    past = np.stack([held[RINGS - k : -k] for k in range(1, RINGS + 1)], axis=1)
+    answer = np.array([1.0, *-np.linalg.lstsq(past, held[RINGS:])[0]])
+    below = np.flatnonzero(lfilter([1.0], answer, np.eye(1, TAIL)[0]) < -TAIL_END)
+    swings = len(below) > 0 and below[0] > TAIL_TURN
+    if np.abs(np.roots(answer)).max() > SPIKE_FADES or swings:
+        return np.zeros(0)
+    news = lfilter(answer, [1.0], held)
+    rings = kurtosis(news) > RINGING and spike_hits(news).sum() >= MANY * SPIKE_COUNT
+    return answer if rings else np.zeros(0)
+
+
+def sudden_hits(signal: Floats) -> NDArray[np.bool_]:
+    """(samples,) whether there is a spike, or one begins that rings."""
+    hit = spike_hits(signal)
+    if hit.any() and _in_bursts(signal, hit):
+        return np.zeros(len(hit), dtype=bool)
+    answer = np.zeros(0) if hit.any() else _ringing(signal)
+    return spike_hits(lfilter(answer, [1.0], signal - signal[0])) if len(answer) else hit
+
+
+def _shape(signal: Floats) -> Floats:
+    """A spike of size 1 and its tail, as ``signal`` (samples,) has them; nothing where it is sharp.
+
+    Nothing either where it stays, or swings so slowly that it is no circuit's.
+    """
+    begins = _begins(signal)
+    if len(begins) < SPIKE_COUNT:
+        return np.zeros(0)
+    after = signal[begins[:, None] + np.arange(TAIL)] - _before(signal, begins)[:, None]
+    shape: Floats = after[:, 0] @ after / (after[:, 0] @ after[:, 0])
+    # Others nearby, and what is slow, are still there at its end.
+    stays = float(shape[-TAIL // 4 :].mean())
+    if abs(stays) > TAIL_STAYS:
+        return np.zeros(0)
+    shape = (shape - stays) / (1.0 - stays)
+    there = np.abs(shape) > TAIL_END
+    gone = np.flatnonzero(~(there[1:-2] | there[2:-1] | there[3:]))
+    back = np.flatnonzero(shape < -TAIL_END)
+    sharp = np.abs(shape[1:3]).max() < TAIL_LEAST
+    if sharp or not len(gone) or (len(back) and TAIL_TURN < back[0] <= gone[0]):
+        return np.zeros(0)
+    return shape[: gone[0] + 1]
+
+
+def beyond_mean(signal: Floats) -> Floats:
+    """(samples,) how far each sample is from the mean of those around it."""
+    far: Floats = np.abs(signal - np.convolve(signal, np.ones(5) / 5, "same"))
+    return far
+
+
+def spike_hits(left: Floats) -> NDArray[np.bool_]:
+    """(samples,) whether a sample is far more than the usual distance from its neighbours.
+
+    None where many more are half as far: that is noise with heavy tails.
+    """
+    fast = beyond_mean(left)
+    scale = max(1.4826 * float(np.median(fast)), 0.5)
+    hit: NDArray[np.bool_] = fast > SPIKE_SIGMA * scale
+    many = hit.sum() > SPIKE_MOST * len(hit)
+    if many or hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
+        hit[:] = False
+    return hit
+
+
+def _in_bursts(left: Floats, hit: NDArray[np.bool_]) -> bool:
+    """Whether what is around most samples that are ``hit`` is as far off: that is noise, or a tone,
+    in bursts. Spikes that come in bursts have calm samples between them."""
+    off = np.abs(left - median_filter(left, BURST))
+    usual = 1.4826 * median_filter(off, BURST)[hit]
+    # The neighbours of a spike are far from it.
+    alone = maximum_filter1d(off, 3)[hit] > BURST_SIGMA * usual
+    return bool(alone.sum() < ALONE_PART * hit.sum())
+
+
+def has_lone(signal: Floats) -> bool:
+    """Whether a sample of ``signal`` (samples,) is so far off that one such is enough."""
+    middle = 0.5 * (signal[:-2] + signal[2:])
+    far = np.abs(signal[1:-1] - middle)
+    back = np.abs(signal[2:] - signal[:-2]) < LONE_BACK * far
+    scale = max(1.4826 * float(np.median(far)), 0.5)
+    return bool(np.any(far[back] > LONE_SIGMA * scale))
+
+
+def standing_out(left: Floats, hit: NDArray[np.bool_]) -> int:
+    """How many samples that are ``hit`` are far from their neighbours for where they are."""
+    fast = beyond_mean(left)
+    usual = 1.4826 * median_filter(fast, SPIKE_AROUND)
+    return int((fast[hit] > SPIKE_SIGMA * usual[hit]).sum())

@@ -1,0 +1,389 @@
+"""Tones in a signal: lines, what moves or is switched, harmonics, and the signal without them."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uniform_filter1d
+from scipy.signal import oaconvolve, welch
+
+from softsense.diagnose.nominal import Motion, noise_rms
+from softsense.diagnose.spikes import SPIKE_SIGMA, spike_hits, without_spikes
+
+Floats = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# How far a line is above its surroundings.
+LINE_RATIO = 18.0
+# What is slower is motion.
+LEAST_HZ = 0.3
+# Lines of two channels are one within this.
+SAME_HZ = 0.05
+# So much stronger than by the motion's strongest lines is one that the motion does not make.
+MOTION_LINES = 10
+BEYOND_MOTION = 30.0
+# So much of a long recording says how large a tone is beside the noise.
+STRETCH = 32_768
+# Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
+# for each time that they change. What does so within a few periods is no tone.
+TONES_S = (20.0, 7.0, 2.5, 1.2)
+TONE_PERIODS = 4.0
+TONE_PRICE = 24.0
+# So many samples of nearly one phase make a tone of any shape, and so many may be of another side
+# of an edge of it.
+FOLD, EDGE = 31, 7
+# Samples whose mean is slow beside it.
+SLOWER = 21
+# What a spike that is left costs, in noise variances: pulses that are not followed leave some.
+SHARP_PRICE = 100.0
+HARMONICS = 40
+# A tone whose frequency moves is seen in frames of so many seconds, in so many of them at least; it
+# stands out there by this factor, and moves by so many lines of a frame's spectrum to the next one.
+FRAME_S = 25.0
+LIT_PART = 0.6
+LIT_RATIO = 12.0
+FRAME_STEP = 2
+COURSE_ORDER = 5
+# So many of the frames are looked at before all.
+FRAMES = 100
+# A tone whose phase wanders, or that is switched all the time, is a hump in the spectrum of pieces
+# of so many seconds: by this factor above both sides, so far from it, and above this frequency.
+HUMP_S = 12.0
+HUMP_RATIO = 8.0
+HUMP_HZ = 1.5
+ASIDE_HZ = 0.5, 1.5
+# A harmonic is one where it has more power than is usual so far around it, by this factor, and no
+# more of the tone's than pulses have, in units of its order to the power of -2; and where one of
+# the two before it is there. Else it is the motion's: harmonics fold down to where that is.
+HARMONIC_RATIO = 6.0
+AROUND_HZ = 1.0
+HARMONIC_MOST = 4.0
+SLOWEST_HZ = 0.05
+# Of the first ones a sharp line just where it is foretold is one whatever its size.
+LOW_HARMONIC = 5
+SHARP_RATIO = 40.0
+# What comes and goes faster is left in part: so often is the rest looked at again.
+TWICING = 4
+# A tone that is switched on and off shows within so long and so many of its periods; an instant
+# must explain so many noise variances, of each harmonic.
+SWITCH_S = 1.5
+SWITCH_PERIODS = 3.0
+SWITCH_PRICE = 12.0
+# So many samples about each such instant it is neither: it fades in and out.
+FADES = 12
+# The part of all samples that says how loud it is without the tone.
+LEAST_OFF = 0.1
+# Spikes are there while it is off, too: no less often than this part of what chance would have.
+WHILE_OFF = 0.4
+
+
+def _turns(frequency: Floats | float, samples: int, dt_s: float) -> Complex:
+    """(samples,) a wave of size 1 and a ``frequency`` in Hz, one or (samples,)."""
+    turned = np.cumsum(np.broadcast_to(frequency, samples)) * dt_s
+    return np.asarray(np.exp(2j * np.pi * turned))
+
+
+def _size(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Complex:
+    """(samples,) half the size and phase that a wave of these ``turns`` (samples,) has in
+    ``signal``, averaged over ``window_s`` while it is ``on`` (samples,) 0 or 1; else 0."""
+    window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
+    weight = np.where(on > 0.0, oaconvolve(on, window, "same"), np.inf)
+    mixed = (signal - signal.mean()) * turns.conj()
+    size: Complex = oaconvolve(mixed * on, window, "same") / weight
+    return size
+
+
+def _wave(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Floats:
+    """What ``signal`` has of such a wave, size and phase wandering slowly: mixed down to 0 Hz,
+    averaged, and mixed up again."""
+    wave: Floats = 2.0 * (_size(signal, turns, dt_s, window_s, on) * turns).real
+    return wave
+
+
+def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
+    """(samples,) 1 while a tone of ``frequency`` (Hz) is on and else 0, and how often it is
+    switched."""
+    window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
+    turns = _turns(frequency, len(signal), dt_s)
+    size = np.abs(_size(signal, turns, dt_s, window_s, np.ones(len(signal))))
+    on = size > 0.5 * np.quantile(size, 0.9)
+    edges = np.flatnonzero(np.diff(on)) + 1
+    if not len(edges):
+        return np.ones(len(signal)), 0
+    tone = _while_on(signal, frequency, dt_s, edges, on[0], window_s)
+    # The instants themselves: by what fits either side better, beside what is slow.
+    window = np.hanning(round(window_s / dt_s) + 2)
+    fast = signal - np.convolve(signal - on * tone, window / window.sum(), "same")
+    better = np.cumsum(fast**2 - (fast - tone) ** 2)
+    reach = round(0.5 * window_s / dt_s)
+    for number, edge in enumerate(edges.tolist()):
+        low, high = max(edge - reach, 1), min(edge + reach, len(on) - 1)
+        near = better[low - 1 : high]
+        edges[number] = low + int(np.argmin(near) if on[edge] else np.argmax(near))
+    crossed = np.searchsorted(edges, np.arange(len(signal)), side="right")
+    return ((crossed + on[0]) % 2).astype(np.float64), len(edges)
+
+
+def _while_on(
+    signal: Floats,
+    frequency: float,
+    dt_s: float,
+    edges: NDArray[np.intp],
+    first: bool,
+    more_s: float,
+) -> Floats:
+    """(samples,) the tone between every other two of ``edges``, and ``more_s`` to either side.
+
+    Its size and phase are fitted to each time, and how they change in it.
+    """
+    tone = np.zeros(len(signal))
+    more = round(more_s / dt_s)
+    ends = [0, *edges, len(signal)]
+    for begin, end in list(pairwise(ends))[0 if first else 1 :: 2]:
+        k = np.arange(begin, end)
+        if len(k) < 8:
+            continue
+        wide = np.arange(max(begin - more // 2, 0), min(end + more // 2, len(signal)))
+        u = (wide - begin) / len(k) - 0.5
+        powers = u[:, None] ** np.arange(3 if len(k) * dt_s * frequency > 10.0 else 1)
+        turns = 2.0 * np.pi * frequency * dt_s * wide
+        waves = np.concatenate([powers * wave(turns)[:, None] for wave in (np.cos, np.sin)], 1)
+        inside = slice(begin - wide[0], end - wide[0])
+        basis = np.concatenate([waves, u[:, None] ** np.arange(2)], 1)[inside]
+        weights = np.linalg.lstsq(basis, signal[begin:end])[0]
+        tone[wide] = waves @ weights[: waves.shape[1]]
+    return tone
+
+
+def while_off(signal: Floats, frequency: float, dt_s: float) -> NDArray[np.bool_]:
+    """(samples,) whether a tone of ``frequency`` (Hz) in ``signal`` is off, and was for a while; or
+    everywhere where it is on nearly all the time. Spikes in it would switch it on."""
+    on, times = _switched(signal, frequency, dt_s)
+    off: NDArray[np.bool_] = maximum_filter1d(on, FADES) == 0.0
+    return off if times and off.mean() > LEAST_OFF else np.ones(len(on), dtype=bool)
+
+
+def only_while_on(hit: NDArray[np.bool_], off: NDArray[np.bool_]) -> bool:
+    """Whether samples are ``hit`` only while a tone is not ``off``: such are what is left of its
+    pulses, or of how it fades."""
+    return bool((hit & off).sum() < WHILE_OFF * float(off.mean()) * hit.sum())
+
+
+def without_tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
+    """The same with the spikes that ``signal`` (samples,) has: they are no part of a tone, unless
+    it comes in pulses."""
+    plain = without_spikes(signal)
+    toneless = _toneless(plain, frequency, dt_s) + signal - plain
+    if np.array_equal(plain, signal):
+        return toneless
+    return min(_toneless(signal, frequency, dt_s), toneless, key=np.var)
+
+
+def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
+    """``signal`` without the tone of ``frequency`` (Hz), and without its harmonics, which fold."""
+    moving = _moving(signal, dt_s, 0.5 * frequency)
+    courses: list[Floats | float] = [frequency]
+    if moving is not None and np.abs(moving - frequency).min() < SAME_HZ:
+        courses.append(moving)
+    always, switched = (np.ones(len(signal)), 0), _switched(signal, frequency, dt_s)
+    made = []
+    for on, times in [always, switched] if switched[1] else [always]:
+        for turns in (_turns(course, len(signal), dt_s) for course in courses):
+            as_waves = []
+            for window_s in TONES_S:
+                if window_s * frequency < TONE_PERIODS:
+                    continue
+                rest = signal
+                for _ in range(TWICING):
+                    rest = rest - _wave(rest, turns, dt_s, window_s, on)
+                wave = signal - rest
+                rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
+                changes = TONE_PRICE * dt_s / window_s + SWITCH_PRICE * times / len(signal)
+                as_waves.append((_left_of(rest, changes * waves), rest))
+            made += as_waves
+            if not as_waves or as_waves[0] is not min(as_waves, key=lambda one: one[0]):
+                continue
+            # It keeps time: all its harmonics at once. What is slow would fold, too.
+            slow = uniform_filter1d(as_waves[0][1], SLOWER)
+            if np.var(slow) < np.var(signal - as_waves[0][1]):
+                rest = slow + _folded(signal - slow, turns, dt_s, on)
+                changes = (SWITCH_PRICE * times + TONE_PRICE) / len(signal) + 2.0 / FOLD
+                made.append((_left_of(rest, changes), rest))
+    return min(made, key=lambda one: one[0])[1]
+
+
+def _left_of(rest: Floats, changes: float) -> float:
+    """Variance of ``rest`` (samples,) with a price for a tone's ``changes``, in noise variances,
+    and for what is still sharp."""
+    # Spikes, which a tone hid, are no reason for a shorter time.
+    plain = without_spikes(rest)
+    noise = float(noise_rms(plain[:, None])[0])
+    sharp = SHARP_PRICE * float(spike_hits(rest).mean())
+    return float(np.var(plain)) + (changes + sharp) * noise**2
+
+
+def _folded(signal: Floats, turns: Complex, dt_s: float, on: Floats) -> Floats:
+    """``signal`` without what comes again with each of the ``turns`` (samples,) while it is ``on``,
+    whatever its shape: the median of what is at nearly the same phase."""
+    size = _size(signal, turns, dt_s, TONES_S[0], on)
+    times = np.arange(len(signal))
+    late = np.polyval(np.polyfit(times, np.unwrap(np.angle(size)), 1, w=on), times)
+    order = np.argsort((np.angle(turns) + late) % (2.0 * np.pi))
+    order = order[on[order] > 0.0]
+    there, rest = signal[order], signal.copy()
+    shape = median_filter(there, FOLD, mode="wrap")
+    # At an edge a sample is of the side that it is closer to: nobody knows the phase so well.
+    low, high = (each(shape, EDGE, mode="wrap") for each in (minimum_filter1d, maximum_filter1d))
+    edge = high - low > SPIKE_SIGMA * 1.4826 * float(np.median(np.abs(there - shape)))
+    side = np.where(there - low < high - there, low, high)
+    rest[order] -= np.where(edge, side, shape) - shape.mean()
+    return rest
+
+
+def _without_harmonics(
+    rest: Floats, wave: Floats, frequency: float, dt_s: float, window_s: float, on: Floats
+) -> tuple[Floats, int]:
+    """``rest`` without the harmonics of a tone ``wave`` (samples,) of ``frequency`` (Hz) that is
+    ``on`` or off, and how many waves that are, the tone among them."""
+    tone = float(np.var(wave))
+    turns = _turns(frequency, len(rest), dt_s)
+    turned = np.unwrap(np.angle(_size(wave, turns, dt_s, window_s, on) * turns))
+    away = np.abs(np.fft.fftfreq(len(rest), dt_s))
+    last = waves = 1
+    for harmonic in range(2, HARMONICS + 1):
+        folded = abs((harmonic * frequency * dt_s + 0.5) % 1.0 - 0.5) / dt_s
+        close = harmonic <= last + 2
+        if folded < SLOWEST_HZ or not (close or harmonic <= LOW_HARMONIC):
+            continue
+        over_s = max(window_s, 4.0 / folded)
+        # Its phase goes as the tone's does.
+        along = np.exp(1j * harmonic * turned)
+        power = 2.0 * np.abs(np.fft.fft((rest - rest.mean()) * along.conj())) ** 2 / len(rest) ** 2
+        within = power[away <= 0.75 / over_s]
+        chance = len(within) * float(np.median(power[away < AROUND_HZ])) / np.log(2.0)
+        # What is as slow as the tone changes is motion, unless it is sharp.
+        usual = close and over_s == window_s and within.sum() < HARMONIC_MOST * tone / harmonic**2
+        if within.sum() > HARMONIC_RATIO * chance and (
+            usual or (harmonic <= LOW_HARMONIC and _sharp(rest, folded, dt_s))
+        ):
+            rest = rest - _wave(rest, along, dt_s, over_s, on)
+            last, waves = harmonic, waves + 1
+    return rest, waves
+
+
+def _sharp(signal: Floats, frequency: float, dt_s: float) -> bool:
+    """Whether ``signal`` has a line of a few bins' width at ``frequency`` (Hz)."""
+    power, at, floor = _spectrum(signal, dt_s, min(LEAST_HZ, 0.5 * frequency))
+    near = np.abs(at - frequency) < 2.0 / (len(signal) * dt_s)
+    return bool(near.any()) and float((power[near] / floor[near]).max()) > SHARP_RATIO
+
+
+def made_by_motion(left: Floats, motion: Motion, frequency: float) -> bool:
+    """Whether ``left`` has a line at ``frequency`` (Hz) as it has others that the motion makes."""
+    power, at, _ = _spectrum(left, motion.dt_s)
+    near = np.abs(at - frequency) < SAME_HZ
+    rate = np.gradient(motion.strain)
+    for signal in (motion.strain, motion.strain**2, motion.strain**3, rate**2, np.abs(rate)):
+        cause = _spectrum(signal, motion.dt_s)[0]
+        others = np.argsort(np.where(near, 0.0, cause))[-MOTION_LINES:]
+        usual = float((power[others] / cause[others]).max())
+        if power[near].max() < BEYOND_MOTION * usual * cause[near].max():
+            return True
+    return False
+
+
+def _spectrum(
+    signal: Floats, dt_s: float, slowest: float = LEAST_HZ
+) -> tuple[Floats, Floats, Floats]:
+    """(frequencies,) power, hertz above ``slowest``, and the power of what surrounds them."""
+    power: Floats = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
+    frequency: Floats = np.fft.rfftfreq(len(signal), dt_s).astype(np.float64)
+    keep = frequency > slowest
+    power, frequency = power[keep], frequency[keep]
+    half = 60
+    padded = np.pad(power, half, mode="reflect")
+    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[::8], axis=1)
+    floor: Floats = np.repeat(local, 8)[: len(power)] / np.log(2.0)
+    return power, frequency, floor
+
+
+def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
+    """(samples,) the frequency (Hz) of a tone that moves, above ``slowest`` all along, or None."""
+    length = round(FRAME_S / dt_s)
+    if len(signal) < 4 * length:
+        return None
+    begins = np.arange(0, len(signal) - length + 1, length // 4)
+    few = begins[:: max(len(begins) // FRAMES, 1)]
+    # Of a long recording some frames tell whether there may be a tone.
+    for some in [few, begins] if len(few) < len(begins) else [begins]:
+        frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in some]
+        # A frame in which nothing is left has no floor.
+        ratios = np.stack([power / np.maximum(floor, 1e-12) for power, _, floor in frames])
+        lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
+        if len(lit) < LIT_PART * len(some):
+            return None
+    at, peaks = frames[0][1], np.argmax(ratios, axis=1)
+    # What is far from its neighbours is another line, or chance.
+    usual = np.array([np.median(peaks[lit[max(k - 4, 0) : k + 5]]) for k in range(len(lit))])
+    lit = lit[np.abs(peaks[lit] - usual) <= 2 * FRAME_STEP]
+    steps = np.abs(np.diff(peaks[lit])) / np.diff(lit)
+    if len(lit) < LIT_PART * len(begins) or np.mean(steps > FRAME_STEP) > 0.1:
+        return None
+    course = np.polynomial.Polynomial.fit(begins[lit] + 0.5 * length, at[peaks[lit]], COURSE_ORDER)
+    within = np.clip(np.arange(len(signal)), begins[lit[0]], begins[lit[-1]] + length)
+    frequency: Floats = course(within)
+    return frequency
+
+
+def _hump(signal: Floats, dt_s: float, slowest: float) -> float | None:
+    """Frequency (Hz) of what stands out from both sides of it, though no line is sharp there."""
+    length = round(HUMP_S / dt_s)
+    if len(signal) < 4 * length:
+        return None
+    at, power = welch(signal, fs=1.0 / dt_s, nperseg=length)
+    peak = int(np.argmax(np.where(at > max(slowest, HUMP_HZ), power, 0.0)))
+    away = at - at[peak]
+    near, far = ASIDE_HZ
+    sides = [power[(way * away > near) & (way * away < far)] for way in (-1.0, 1.0)]
+    # There is none beyond half the rate.
+    floors = [float(np.median(side)) for side in sides if len(side) > 0.5 * (far - near) * HUMP_S]
+    high = float(power[peak]) > HUMP_RATIO * max(floors, default=np.inf)
+    return float(at[peak]) if high else None
+
+
+def line_of(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) -> float | None:
+    """Frequency of a line far above its surroundings, and above ``least`` of the noise, in Hz.
+
+    Above ``slowest``. Where it moves, it is the one in the middle.
+    """
+    if np.std(left) < 1.0 or 0.5 / dt_s <= slowest:
+        return None
+    window, some = np.hanning(len(left)), left[:STRETCH]
+    power, frequency, floor = _spectrum(left, dt_s, slowest)
+    # The largest of n exponential values is about log n: ask for far more than that, and for a
+    # tone that is not lost in the noise beside it.
+    peak = int(np.argmax(power / floor))
+    if power[peak] <= floor[peak] * (LINE_RATIO + np.log(len(power))):
+        moving = _moving(left, dt_s, slowest)
+        hump = _hump(left, dt_s, slowest) if moving is None else float(np.median(moving))
+        if hump is None:
+            return None
+        hertz = hump
+        rest = _toneless(some, hertz, dt_s)
+        tone = float(np.var(some) - np.var(rest))
+    else:
+        around = slice(max(peak - 3, 0), peak + 4)
+        tone = float(power[around].sum()) * 2.0 / (float((window**2).sum()) * len(left))
+        # Between two bins, by a parabola through the logarithms: many periods of a harmonic are
+        # asked.
+        below, top, above = np.log(power[np.clip([peak - 1, peak, peak + 1], 0, len(power) - 1)])
+        bend = below - 2.0 * top + above
+        part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
+        hertz = float(frequency[peak] + part / (len(left) * dt_s))
+        rest = _toneless(some, hertz, dt_s)
+        # Of one that is off for most of the time little is in its line.
+        tone = max(tone, float(np.var(some) - np.var(rest)))
+    noise = float(noise_rms(rest[:, None])[0]) ** 2
+    return hertz if tone > least * noise else None
