@@ -605,6 +605,18 @@ def test_laws_of_time_way_and_place_keep_their_names() -> None:
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,), name
 
 
+def test_two_laws_of_time_may_be_felt_more_where_more_is_strained() -> None:
+    x, codes = clean(71)
+    t = np.arange(len(x)) / RATE_HZ
+    law = 60.0 - 30.0 * (np.exp(-t / 25.0) + np.exp(-t / 350.0))
+    felt = 1.0 + 0.4 * (codes - codes.min(axis=0)) / np.ptp(codes, axis=0)
+    made = codes.copy()
+    made[:, 1:3] += (law[:, None] * felt)[:, 1:3]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("drift",)
+    assert result.data["unexplained"]["share"] < 0.0005
+
+
 def test_a_simulator_that_was_calibrated_hides_the_curve_of_what_it_lacks() -> None:
     """What relaxes has no mean curve over strain then; on another motion the curve is the same."""
     x, codes = clean(18, SAMPLES + 2000)

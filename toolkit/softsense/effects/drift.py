@@ -26,6 +26,7 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
     "exponential": lambda passed: -np.expm1(-passed),
     "hyperbolic": lambda passed: passed / (1.0 + passed),
     "root": lambda passed: 1.0 - 1.0 / np.sqrt(1.0 + passed),
+    "parabolic": lambda passed: np.sqrt(1.0 + passed) - 1.0,
 }
 
 
@@ -58,13 +59,18 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """Laws of time; alone, or felt somewhat more or less at full signal (a divider's slope).
 
-    Avrami (J. Chem. Phys. 7, 1939): what cures slowly at first, or goes on for ever more slowly.
+    Avrami (J. Chem. Phys. 7, 1939): what cures slowly at first, or goes on for ever more slowly;
+    Deal and Grove (J. Appl. Phys. 36, 1965): a layer that hinders its own growth.
     """
     exponents = (0.25, 0.5, 0.75, 1.0)
     return [
         *_laws(nominal, ("log", "exponential"), (1.0, 4.0, 15.0, 60.0, 200.0), SLOPES),
         *_powers(nominal, exponents, SLOPES),
-        *_laws(nominal, ("hyperbolic", "root"), (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0)),
+        *_laws(
+            nominal,
+            ("hyperbolic", "root", "parabolic"),
+            (2.0, 4.0, 8.0, 15.0, 30.0, 60.0, 120.0, 240.0),
+        ),
         *_laws(nominal, ("exponential",), CURING_S, orders=(0.6, 1.5, 2.0, 2.5)),
         *_laws(nominal, ("log",), (20.0, 60.0, 150.0), orders=(0.7, 1.4)),
         *_mixed(nominal),
@@ -75,15 +81,15 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """All laws around one time constant, or around one exponent; and some of them together."""
     if "exponent" in values:
         near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
-        return [*_powers(nominal, near.tolist(), SLOPES), *_mixed(nominal)]
+        return [*_powers(nominal, near.tolist(), SLOPES), *_mixed(nominal, SLOPES)]
     if "tau_s" not in values:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
     taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0, 2.5)
     return [
-        *_laws(nominal, ("log", "exponential", "hyperbolic", "root"), taus, SLOPES),
+        *_laws(nominal, tuple(COURSES), taus, SLOPES),
         *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),
-        *_mixed(nominal),
+        *_mixed(nominal, SLOPES),
     ]
 
 
@@ -119,22 +125,24 @@ def _powers(
 def _felt(
     nominal: Nominal, law: Floats, values: Mapping[str, float], form: str, slopes: Sequence[float]
 ) -> list[Candidate]:
+    """A law (samples,), or several (samples, p), where the signal feels it so much more or less."""
+    columns = law.reshape(len(law), -1) * nominal.span
     return [
-        Candidate((law * nominal.span * (1.0 + slope * nominal.share))[:, None], values, form)
+        Candidate(columns * (1.0 + slope * nominal.share)[:, None], values, form)
         for slope in slopes
     ]
 
 
-def _mixed(nominal: Nominal) -> list[Candidate]:
+def _mixed(nominal: Nominal, slopes: Sequence[float] = (0.0,)) -> list[Candidate]:
     """Three laws at once; and two that settle, one after the other, either way."""
     t = np.maximum(nominal.time_s, 0.0)
     laws = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
     result = [Candidate(np.stack(laws, axis=1) * nominal.span, {}, "mixed")]
     for fast_s in FAST_S:
         for slow_s in SLOW_S:
-            two = [-np.expm1(-t / fast_s), -np.expm1(-t / slow_s)]
+            two = np.stack([-np.expm1(-t / fast_s), -np.expm1(-t / slow_s)], axis=1)
             values = {"tau_s": slow_s, "fast_s": fast_s}
-            result.append(Candidate(np.stack(two, axis=1) * nominal.span, values, "two"))
+            result += _felt(nominal, two, values, "two", slopes)
     return result
 
 
