@@ -1008,6 +1008,16 @@ def test_a_strain_that_no_play_or_delay_says_is_unknown(rings: bool) -> None:
     assert result.data["unexplained"]["unknown_effect"]
 
 
+def test_what_goes_with_the_signed_rate_may_be_a_little_lag(monkeypatch) -> None:
+    """Where a lag costs next to nothing more, that is no charge that the motion makes."""
+    charge = Model(frozenset({"overshoot"}), (), 9.0)
+    monkeypatch.setattr(vetting, "signed", lambda channels, made: made is charge)
+    channels = [SimpleNamespace(effect_price=0.5)]
+    for price, name in ((9.4, "lag"), (9.6, "overshoot")):
+        models = [charge, Model(frozenset({"lag"}), (), price)]
+        assert vetting._by_sign(channels, models)[0].names == {name}
+
+
 @pytest.mark.parametrize("leaks_s", [0.02, 0.12])
 def test_a_charge_that_the_motion_makes_is_unknown(leaks_s: float) -> None:
     """It goes with the signed strain rate, which no effect does, though some of them nearly."""

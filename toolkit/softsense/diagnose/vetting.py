@@ -97,6 +97,7 @@ def vetted(
     if WALK in models[0].names and len(models[0].names) > 1:
         steady = _steady(channels, models[0])
         models = by_price([weighed(channels, _calm(channels, steady)), *named])
+    models = _by_sign(channels, models)
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
     # What only a slow effect would have in place of a walk is one where that leaves much.
@@ -133,6 +134,17 @@ def vetted(
         return Vetted(moved, False, False)
     known = best.names == {"step"} or FAR_WORSE * strain.left > left
     return Vetted(kept, jerky, not known)
+
+
+def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
+    """``models``, first what says the gap as well as what goes with the signed strain rate alone:
+    so does a little lag."""
+    best = models[0]
+    if not signed(channels, best):
+        return list(models)
+    others = [m for m in models if WALK not in m.names and not signed(channels, m)]
+    alike = [m for m in others if m.price < best.price + channels[0].effect_price]
+    return [*alike[:1], *models]
 
 
 def _are_walks(channels: Sequence[Channel], made: Model, motion: Motion) -> bool:
