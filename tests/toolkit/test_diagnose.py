@@ -18,9 +18,10 @@ from scipy.signal import butter, lfilter
 
 import softsense as ss
 from softsense.cli.main import main
-from softsense.diagnose import augment, diagnose, folder, vetting
+from softsense.diagnose import augment, diagnose, folder, telling, vetting
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.cores import all_at_once, one_core
+from softsense.diagnose.design import Fit
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import (
     curves_of,
@@ -32,7 +33,7 @@ from softsense.diagnose.nominal import (
     nominals,
     reference_of,
 )
-from softsense.diagnose.search import Model, _fewest_first, by_price
+from softsense.diagnose.search import Model, _fewest_first, _walk_last, by_price
 from softsense.diagnose.variance import Finding, cleaned, evident, findings, noise_beside
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.diagnose.wandering import jerky, moved_by
@@ -1670,6 +1671,41 @@ def test_walks_are_another_effects_only_where_most_of_them_is(monkeypatch) -> No
         assert vetting._alike((), Model(frozenset({"gain", "random_walk"}), (), 0.0), False) is said
 
 
+def fit_with(names: str, left: float) -> Fit:
+    picks = tuple((name, 0) for name in names.split("+"))
+    return Fit(picks, np.full(1, left), np.zeros(0), None)
+
+
+@pytest.mark.parametrize(("left", "walks"), [(0.8, False), (1.0, True)])
+def test_a_walk_beside_an_effect_says_what_no_others_do(left: float, walks: bool) -> None:
+    """It follows whatever is slow, and so the little that is left of a large gap."""
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=60.0)]
+    beside = Model(frozenset({"gain", "random_walk"}), (fit_with("gain+random_walk", 0.1),), 1.0)
+    creep = Model(frozenset({"drift"}), (fit_with("drift", left),), 2.0)
+    assert (_walk_last(channels, [beside, creep])[0] is beside) is walks
+
+
+@pytest.mark.parametrize(
+    ("names", "left", "excess", "beside", "remains"),
+    [
+        ("gain", 0.05, 1.0, False, False),
+        ("gain", 0.07, 1.0, False, True),
+        ("gain", 0.04, 100.0, False, True),
+        ("gain", 0.04, 100.0, True, False),
+        ("gain", 0.16, 100.0, True, True),
+        ("gain+step", 0.015, 1.0, False, False),
+        ("gain+step", 0.015, 100.0, False, True),
+    ],
+)
+def test_what_is_clearly_left_is_said_to_be_unknown(
+    names: str, left: float, excess: float, beside: bool, remains: bool
+) -> None:
+    """Of a gap that is hardly more than the noise, more is left by chance."""
+    channels = [SimpleNamespace(excess=excess * 1000.0, samples=1000, entries={"gain": []})] * 2
+    made = Model(frozenset(names.split("+")), (), 0.0)
+    assert telling._remains(channels, made, left, beside) is remains
+
+
 def test_a_walk_is_no_jerk_where_a_rail_hides_it() -> None:
     rng = np.random.default_rng(2)
     walk = np.cumsum(rng.normal(size=8000)) + rng.normal(size=8000)
@@ -1764,12 +1800,31 @@ def test_short_work_stays_on_its_core() -> None:
 
 def test_an_effect_more_must_leave_less() -> None:
     """Each channel may find a cheaper one than the others have."""
-    channels = [SimpleNamespace(left=lambda fit: fit)] * 2
-    one = Model(frozenset({"crosstalk"}), (0.1, 0.2), 9.0)
-    two = Model(frozenset({"crosstalk", "adc_nonlinearity"}), (0.1, 0.3), 8.0)
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=50.0, samples=1.0)] * 2
+    alone = fit_with("crosstalk", 0.1), fit_with("crosstalk", 0.2)
+    one = Model(frozenset({"crosstalk"}), alone, 8.3)
+    other = fit_with("adc_nonlinearity", 0.3)
+    two = Model(frozenset({"crosstalk", "adc_nonlinearity"}), (alone[0], other), 8.0)
     assert by_price(_fewest_first(channels, [two, one]))[0].names == one.names
-    better = replace(two, fits=(0.1, 0.1))
+    better = replace(two, fits=(alone[0], fit_with("adc_nonlinearity", 0.1)))
     assert by_price(_fewest_first(channels, [better, one]))[0].names == two.names
+    cheaper = replace(two, price=7.7)
+    assert by_price(_fewest_first(channels, [cheaper, one]))[0].names == two.names
+
+
+@pytest.mark.parametrize(
+    ("left", "price", "names"), [(0.3, 10.2, 1), (0.1, 10.2, 2), (0.3, 10.4, 2)]
+)
+def test_a_scale_that_is_seen_only_beside_another_effect_must_say_enough(
+    left: float, price: float, names: int
+) -> None:
+    """It is what an equation leaves that is only nearly right; where all is said it is there."""
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=50.0, samples=1.0)] * 2
+    creep = fit_with("relaxation", 0.4)
+    one = Model(frozenset({"relaxation"}), (creep, creep), price)
+    both = creep, fit_with("gain+relaxation", left)
+    two = Model(frozenset({"gain", "relaxation"}), both, 10.0)
+    assert len(by_price(_fewest_first(channels, [two, one]))[0].names) == names
 
 
 def test_a_large_step_is_known_to_the_sample() -> None:

@@ -105,7 +105,7 @@ class Term:
     stiff: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fit:
     """Least squares on some candidates: squared errors (blocks,) on unseen blocks, and weights.
 

@@ -24,8 +24,10 @@ from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 
 Names = frozenset[str]
-# Pairs begin with the most promising single effects, triples with the best pairs.
+# Pairs begin with the most promising single effects, at a close look with those that cost no more
+# than so many times the cheapest; triples with the best pairs.
 BEAM = 5
+PROMISING = 3.0
 SHORT_BEAM = 2
 ZOOMED = 6
 ZOOMED_OF_LONG = 1
@@ -49,8 +51,9 @@ STAGES = 3
 LEAST_FREE = 1.5
 MOST_FREE = 0.3
 # A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
-# others are tried upon it.
+# others are tried upon it, where the best model has it too or leaves more than ``POORLY``.
 MOVES = 0.5
+POORLY = 0.05
 ONE_LEAVES = 0.01
 UPON = 3
 # Of a long recording it is not looked at closely where it leaves so many times what others do; of
@@ -61,6 +64,7 @@ HOPELESS = 4.0
 # more than so many times the best: what effects do to each other is seldom much of what they do,
 # but for a converter, which has other edges where another code is.
 AT_FIRST = 2
+WITHIN_AT_FIRST = 2.5
 WITHIN = 1.6
 WITHIN_BENT = 5.0
 TOLD_MORE = 0.9
@@ -70,8 +74,9 @@ WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
 SLOW = frozenset({"drift", "step"})
 SLOW_PRICE = 0.5
-# How many times as much an explanation without a walk must leave.
+# How many times as much an explanation without a walk must leave, and how much of the gap.
 WALK_LEAVES = 3.0
+WALK_SAYS = 0.015
 # Naming one effect more, in noise variances of one channel and as a share of the gap: of the whole,
 # and for further effects of the channels that they are named on.
 NAME_PRICE = 0.25
@@ -90,9 +95,17 @@ EXACT_NAME_SHARE = 0.001
 # The same of the second and third where all are named on the same channels, and not on every one:
 # there lies what an equation leaves that is only nearly right, and seldom another effect.
 SAME_CHANNELS_SHARE = 0.004
+# An effect more that leaves nothing less must cost far less.
+COSTS_MORE = 1.05
+# A scale, or a curve of codes, that is named only where others are must be worth more than this
+# share of the gap there, where more is left than so many noise variances per sample: it is what
+# their equations leave.
+SCALES = frozenset({"adc_nonlinearity", "crosstalk", "gain"})
+LITTLE = 0.006
+RIGHT = 0.2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Model:
     """Effects, the fit of every channel with the cheapest of them, and the whole price."""
 
@@ -248,7 +261,7 @@ def search(
     The grids are looked at coarsely first, then closely where a fit has chosen a point. A motion is
     fitted closely for itself where any ``strain`` could say much.
     """
-    coarse = _models(channels, names)
+    coarse = _models(channels, names, np.inf)
     if not coarse[0].names:
         return coarse
     most = ZOOMED_OF_LONG if channels[0].long else ZOOMED
@@ -307,7 +320,7 @@ def search(
         zoom(order[0])
         known = channels[order.pop(0)].moved_alone()
     all_at_once(zoom, order)
-    fine = _chosen_again(channels, _models(channels, names))
+    fine = _chosen_again(channels, _models(channels, names, PROMISING))
     enough = np.inf
     if channels[0].long:
         enough = HOPELESS * _left(channels, fine[0])
@@ -320,8 +333,9 @@ def search(
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
     kinds.append([m for m in fine if len(m.names) == 1 and WALK not in m.names][:REFINED])
-    several = [made for kind in kinds for made in kind[:AT_FIRST]]
-    later = [m for kind in kinds for m in kind[AT_FIRST:] if _may_be_near(m, fine[0])]
+    first = [made for kind in kinds for made in kind[:AT_FIRST]]
+    several = [made for made in first if _may_be_near(made, fine[0], WITHIN_AT_FIRST)]
+    later = [m for kind in kinds for m in kind[AT_FIRST:] if _may_be_near(m, fine[0], WITHIN)]
     both = moving() & set(names)
     if fine[0].names & both and both not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
@@ -339,10 +353,10 @@ def search(
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
 
 
-def _may_be_near(made: Model, best: Model) -> bool:
+def _may_be_near(made: Model, best: Model, within: float) -> bool:
     """Whether ``made`` may cost as little as the ``best`` where effects act on each other."""
     bent = any(all_effects()[name].bent for name in made.names - {WALK})
-    return made.price < (WITHIN_BENT if bent else WITHIN) * best.price
+    return made.price < (WITHIN_BENT if bent else within) * best.price
 
 
 def weighed(channels: Sequence[Channel], made: Model) -> Model:
@@ -398,19 +412,39 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     """A walk follows whatever is slow: beside an effect only where all else leaves far more."""
     without = next(made for made in models if WALK not in made.names)
     beside = WALK in models[0].names and len(models[0].names) > 1
-    if beside and _left(channels, without) < WALK_LEAVES * _left(channels, models[0]):
+    least = WALK_SAYS * sum(channel.excess for channel in channels)
+    if beside and _left(channels, without) < max(WALK_LEAVES * _left(channels, models[0]), least):
         return [made for made in models if WALK not in made.names or len(made.names) == 1]
     return models
 
 
 def _fewest_first(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
-    """An effect more must leave less: where fewer leave as little they are as good, though each
-    channel may find a cheaper one."""
+    """An effect more must leave less: where fewer that cost little more leave as little, they are
+    as good, though each channel may find a cheaper one; or where they leave little more."""
     best, left = models[0], _left(channels, models[0])
     if WALK in best.names:
         return models
-    fewer = [m for m in models if m.names and m.names < best.names and _left(channels, m) <= left]
-    return [replace(made, price=best.price) for made in fewer[:1]] + models
+    fewer = [made for made in models if made.names and made.names < best.names]
+    good = [
+        made
+        for made in fewer
+        if (_left(channels, made) <= left and made.price < COSTS_MORE * best.price)
+        or _little_more(channels, best, made)
+    ]
+    return [replace(made, price=best.price) for made in good[:1]] + models
+
+
+def _little_more(channels: Sequence[Channel], best: Model, fewer: Model) -> bool:
+    """Whether what the ``best`` has more than ``fewer`` is only what equations leave, which are not
+    quite right with it either."""
+    more = best.names - fewer.names
+    if not more <= SCALES:
+        return False
+    named = [{name for name, _ in fit.picks} for fit in best.fits]
+    there = [n for n, own in enumerate(named) if own & more]
+    cheap = fewer.price < best.price + LITTLE * sum(channels[n].excess for n in there)
+    nearly = any(channels[n].left(best.fits[n]) > RIGHT * channels[n].samples for n in there)
+    return cheap and nearly and not any(own and own <= more for own in named)
 
 
 def _for_one_each(channels: Sequence[Channel]) -> float:
@@ -468,9 +502,11 @@ def _upon_motion(
         return []
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
-    enough = MOVES * sum(channel.excess for channel in channels)
+    gap = sum(channel.excess for channel in channels)
+    poorly = _left(channels, models[0]) > POORLY * gap
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
-    alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < enough]
+    alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < MOVES * gap]
+    alone = [m for m in alone if poorly or m.names <= models[0].names]
     for before in [*alone, *_known_by_one(channels)]:
         result += [(before, made) for made in _upon(channels, before, rest)]
     best = min(result, key=lambda both: both[1].price, default=None)
@@ -543,23 +579,28 @@ def _fitted(channels: Sequence[Channel], made: Model, stage: int) -> Model:
     return made
 
 
-def _models(channels: Sequence[Channel], known: Sequence[str]) -> list[Model]:
+def _models(channels: Sequence[Channel], known: Sequence[str], within: float) -> list[Model]:
+    """Models by price: of none, of one, of two that build on the best alone, which cost no more
+    than ``within`` times the cheapest, and of three that build on the best two."""
     names = sorted(known)
     none, *singles = _made(channels, [frozenset(), *(frozenset({name}) for name in names)])
     singles = by_price(singles)
+    # A walk may cost next to nothing beside what no effect says.
+    most = within * min((m.price for m in singles if WALK not in m.names), default=0.0)
+    first = [m for m in singles[:BEAM] if WALK in m.names or m.price <= most]
     twos = [
         frozenset(two)
         for two in combinations(names, 2)
-        if any(first.names <= set(two) for first in singles[:BEAM])
+        if any(one.names <= set(two) for one in first)
     ]
     pairs = _promising(channels, twos, [none, *singles])
     triples: list[Model] = []
     if pairs and pairs[0].price < min(none.price, singles[0].price):
         threes = [
-            first.names | {name}
-            for first in pairs[:SHORT_BEAM]
+            two.names | {name}
+            for two in pairs[:SHORT_BEAM]
             for name in names
-            if name not in first.names
+            if name not in two.names
         ]
         triples = _promising(channels, threes, pairs)
     return by_price([none, *singles, *pairs, *triples])

@@ -37,6 +37,10 @@ UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
 # Where even two effects leave so much of it, something is there besides, or in their place.
 REMAINING_SHARE = 0.02
+# And so many times as much where that is more than such a part of the noise of channels that have a
+# gap: how loud a noise is, is known only roughly.
+CLEARLY = 0.5
+PART_OF_NOISE = 0.5
 # Beside noise, spikes or tones so much of the gap, and as much as the noise itself.
 REMAINING_BESIDE = 0.15
 # What tails of spikes leave of any channel, in noise variances per sample.
@@ -128,14 +132,8 @@ def tell(
         found = []
     if not best.names:
         change = np.zeros_like(change)
-    several = len(best.names - {WALK}) > 1
-    much = REMAINING_SHARE if several else REMAINING_ALONE
-    # How loud an uneven noise is, and so what is left beyond it, is known only roughly.
-    rough = bool(found) and not several
     left = left_share(channels, best)
-    plenty = left * sum(c.excess / c.samples for c in channels) > len(channels)
-    remains = bool(best.names) and left > (REMAINING_BESIDE if rough else much)
-    remains = remains and (plenty or not rough)
+    remains = bool(best.names) and _remains(channels, best, left, bool(found))
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
@@ -208,6 +206,19 @@ def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
     raw = sum(c.excess - c.samples * (c.noise / c.sigma**2 - 1.0) for c in channels)
     return raw > UNKNOWN_GAP * channels[0].samples and left_share(channels, best) > UNKNOWN_SHARE
+
+
+def _remains(channels: Sequence[Channel], best: Model, left: float, beside: bool) -> bool:
+    """Whether the share of the gap that is ``left`` is something that no effect says; ``beside``:
+    noise, spikes or tones were found."""
+    several = len(best.names - {WALK}) > 1
+    variances = left * sum(c.excess / c.samples for c in channels)
+    if beside and not several:
+        # How loud an uneven noise is, and so what is left beyond it, is known only roughly.
+        return left > REMAINING_BESIDE and variances > len(channels)
+    clearly = variances > PART_OF_NOISE * sum(bool(c.entries) for c in channels)
+    much = REMAINING_SHARE if several else REMAINING_ALONE
+    return left > (CLEARLY * much if clearly else much)
 
 
 def _common(channels: Sequence[Channel], best: Model) -> bool:
