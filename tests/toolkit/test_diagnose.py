@@ -1671,6 +1671,20 @@ def test_walks_are_another_effects_only_where_most_of_them_is(monkeypatch) -> No
         assert vetting._alike((), Model(frozenset({"gain", "random_walk"}), (), 0.0), False) is said
 
 
+def test_noise_of_some_colour_beside_a_step_is_no_walk() -> None:
+    x, codes = clean(72)
+    hiss = lfilter([1.0], [1.0, -0.8], np.random.default_rng(72).normal(size=(SAMPLES, 2)), axis=0)
+    made = codes.copy()
+    made[SAMPLES // 2 :] += 15.0
+    made[:, :2] += 9.0 * hiss / hiss.std(axis=0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert {e["name"]: e["channels"] for e in result.data["effects"]} == {
+        "step": ["s1", "s2", "s3", "s4"],
+        "noise": ["s1", "s2"],
+    }
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def fit_with(names: str, left: float) -> Fit:
     picks = tuple((name, 0) for name in names.split("+"))
     return Fit(picks, np.full(1, left), np.zeros(0), None)

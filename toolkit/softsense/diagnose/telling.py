@@ -132,8 +132,11 @@ def tell(
         found = []
     if not best.names:
         change = np.zeros_like(change)
-    left = left_share(channels, best)
-    remains = bool(best.names) and _remains(channels, best, left, bool(found))
+    spoken = [c for c in range(len(channels)) if c not in checked.noisy]
+    told = replace(best, fits=tuple(best.fits[c] for c in spoken))
+    heard = [channels[c] for c in spoken]
+    left = left_share(heard, told)
+    remains = bool(best.names) and _remains(heard, told, left, bool(found))
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))

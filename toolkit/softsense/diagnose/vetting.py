@@ -90,9 +90,10 @@ def vetted(
 ) -> Vetted:
     """``models`` without the walks that are none, or only those that move the strain where any
     strain that is the same for all channels says the gap as well."""
-    if noisy := _noisy(channels, models[0]):
-        return Vetted([model(channels, frozenset())], False, False, noisy)
     named = [made for made in models if WALK not in made.names]
+    for said in (model(channels, frozenset()), named[0]):
+        if models[0].names <= said.names | {WALK} and (noisy := _noisy(channels, said)):
+            return Vetted([said], False, False, noisy)
     walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
         steady = _steady(channels, models[0])
@@ -154,21 +155,22 @@ def _are_walks(channels: Sequence[Channel], made: Model, motion: Motion) -> bool
     )
 
 
-def _noisy(channels: Sequence[Channel], best: Model) -> tuple[int, ...]:
-    """Channels whose gap is noise on all of them, where nothing but a walk says it: each its own,
-    while what touches the specimen shows on several."""
-    if best.names - {WALK}:
-        return ()
-    # A fit of a walk alone has nothing else, and none has nothing at all.
+def _noisy(channels: Sequence[Channel], said: Model) -> tuple[int, ...]:
+    """Channels whose gap is noise, on all where ``said`` does not say it: each its own, while what
+    touches the specimen shows on several."""
+    there = [both for both in zip(channels, said.fits, strict=True) if both[0].entries]
     gaps = {
         channel: channel.residual - channel.predicted(fit)
-        for channel, fit in zip(channels, best.fits, strict=True)
-        if fit.picks or channel.excess > channel.effect_price
+        for channel, fit in there
+        if channel.left(fit) > channel.effect_price
     }
     if len(gaps) > 1:
         together = np.asarray(np.corrcoef(np.stack(list(gaps.values()))))
         if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
             return ()
+    # An effect says all on some channel.
+    if len(gaps) == len(there) and said.names:
+        return ()
     if not all(wandering.noisy(left) for left in gaps.values()):
         return ()
     return tuple(channel.nominal.channel for channel in gaps)
