@@ -775,9 +775,12 @@ class Channel:
             known = [fit for (names, held), fit in self._best.items() if WALK not in names]
             fits = [fit for fit in known if len(fit.picks) < count]
             singles = {fit.picks[0][0] for fit in fits if len(fit.picks) == 1}
-            if len(singles) < len(self.entries.keys() - {WALK}):
+            # What moves the strain is not asked of every channel.
+            still = {n for n in self.entries if n != WALK and all_effects()[n].stage != MOTION}
+            if not still <= singles:
                 return False
-            least = min(0.0, *map(self.left, fits)) - LESS_LEFT * self.samples
+            noise = (self.noise / self.sigma**2 - 1.0) * self.samples
+            least = min(noise, *map(self.left, fits)) - LESS_LEFT * self.samples
             more = (count + SECOND_PRICE * (count - 1)) * self.effect_price
             self._by_fewer[count] = min(map(self.price, fits)) < self.samples + least + more
         return self._by_fewer[count]
