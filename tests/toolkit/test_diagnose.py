@@ -1702,10 +1702,9 @@ def test_a_walk_beside_an_effect_says_what_no_others_do(left: float, walks: bool
 @pytest.mark.parametrize(
     ("names", "left", "excess", "beside", "remains"),
     [
-        ("gain", 0.05, 1.0, False, False),
+        ("gain", 0.05, 100.0, False, False),
         ("gain", 0.07, 1.0, False, True),
-        ("gain", 0.04, 100.0, False, True),
-        ("gain", 0.04, 100.0, True, False),
+        ("gain", 0.07, 100.0, True, False),
         ("gain", 0.16, 100.0, True, True),
         ("gain+step", 0.015, 1.0, False, False),
         ("gain+step", 0.015, 100.0, False, True),

@@ -105,7 +105,7 @@ LITTLE = 0.006
 RIGHT = 0.2
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False)  # one that is made again is another one
 class Model:
     """Effects, the fit of every channel with the cheapest of them, and the whole price."""
 

@@ -37,9 +37,9 @@ UNKNOWN_GAP = 0.5
 UNKNOWN_SHARE = 0.35
 # Where even two effects leave so much of it, something is there besides, or in their place.
 REMAINING_SHARE = 0.02
-# And so many times as much where that is more than such a part of the noise of channels that have a
+# And half of that is enough where it is more than such a part of the noise of channels that have a
 # gap: how loud a noise is, is known only roughly.
-CLEARLY = 0.5
+CLEARLY_REMAINING = 0.01
 PART_OF_NOISE = 0.5
 # Beside noise, spikes or tones so much of the gap, and as much as the noise itself.
 REMAINING_BESIDE = 0.15
@@ -214,14 +214,14 @@ def _unknown(channels: Sequence[Channel], best: Model) -> bool:
 def _remains(channels: Sequence[Channel], best: Model, left: float, beside: bool) -> bool:
     """Whether the share of the gap that is ``left`` is something that no effect says; ``beside``:
     noise, spikes or tones were found."""
-    several = len(best.names - {WALK}) > 1
     variances = left * sum(c.excess / c.samples for c in channels)
-    if beside and not several:
+    if len(best.names - {WALK}) > 1:
+        clearly = variances > PART_OF_NOISE * sum(bool(c.entries) for c in channels)
+        return left > (CLEARLY_REMAINING if clearly else REMAINING_SHARE)
+    if beside:
         # How loud an uneven noise is, and so what is left beyond it, is known only roughly.
         return left > REMAINING_BESIDE and variances > len(channels)
-    clearly = variances > PART_OF_NOISE * sum(bool(c.entries) for c in channels)
-    much = REMAINING_SHARE if several else REMAINING_ALONE
-    return left > (CLEARLY * much if clearly else much)
+    return left > REMAINING_ALONE
 
 
 def _common(channels: Sequence[Channel], best: Model) -> bool:
