@@ -1685,6 +1685,22 @@ def test_noise_of_some_colour_beside_a_step_is_no_walk() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+@pytest.mark.parametrize(("walk", "noisy"), [(set(), False), ({"random_walk"}, True)])
+def test_a_little_that_an_effect_leaves_is_no_noise_and_has_rivals(
+    monkeypatch, walk: set[str], noisy: bool
+) -> None:
+    """Only what a walk would say may be noise in its place, and what else it could be is kept."""
+    lag, delay = (
+        Model(frozenset({name}), (), price) for name, price in (("lag", 2.0), ("delay", 3.0))
+    )
+    best = Model(frozenset({"lag", *walk}), (), 1.0)
+    monkeypatch.setattr(vetting, "model", lambda channels, names: Model(names, (), 9.0))
+    monkeypatch.setattr(vetting, "_noisy", lambda channels, said: (0,) if said is lag else ())
+    result = vetting._beside_noise((), [best, lag, delay] if walk else [lag, delay])
+    assert (result is not None) is noisy
+    assert result is None or {"delay"} in [made.names for made in result.models]
+
+
 def fit_with(names: str, left: float) -> Fit:
     picks = tuple((name, 0) for name in names.split("+"))
     return Fit(picks, np.full(1, left), np.zeros(0), None)

@@ -76,8 +76,8 @@ ONE_SIGN = 0.1
 class Vetted:
     """``models``, the cheapest first of those that may be; whether what that one takes for a walk
     is ``jerky``, in jumps or bumps; whether the specimen was ``strained_otherwise`` than
-    recorded, by nothing that is known; and channels that are ``noisy``, whose gap is nothing but
-    noise of some colour or in bursts."""
+    recorded, by nothing that is known; and channels that are ``noisy``: what effects leave of their
+    gap is nothing but noise of some colour or in bursts."""
 
     models: list[Model]
     jerky: bool
@@ -90,10 +90,9 @@ def vetted(
 ) -> Vetted:
     """``models`` without the walks that are none, or only those that move the strain where any
     strain that is the same for all channels says the gap as well."""
+    if (noise := _beside_noise(channels, models)) is not None:
+        return noise
     named = [made for made in models if WALK not in made.names]
-    for said in (model(channels, frozenset()), named[0]):
-        if models[0].names <= said.names | {WALK} and (noisy := _noisy(channels, said)):
-            return Vetted([said], False, False, noisy)
     walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
         steady = _steady(channels, models[0])
@@ -155,22 +154,33 @@ def _are_walks(channels: Sequence[Channel], made: Model, motion: Motion) -> bool
     )
 
 
+def _beside_noise(channels: Sequence[Channel], models: Sequence[Model]) -> Vetted | None:
+    """What is left where only a walk, or nothing, says a gap that is noise, or what an effect
+    leaves of it."""
+    best, named = models[0].names, [made for made in models if WALK not in made.names]
+    if best and WALK not in best:
+        return None
+    for said in (model(channels, frozenset()), named[0]):
+        if best <= said.names | {WALK} and (noisy := _noisy(channels, said)):
+            return Vetted([said, *named], False, False, noisy)
+    return None
+
+
 def _noisy(channels: Sequence[Channel], said: Model) -> tuple[int, ...]:
     """Channels whose gap is noise, on all where ``said`` does not say it: each its own, while what
-    touches the specimen shows on several."""
+    touches the specimen shows on several. An effect says all on some channel."""
     there = [both for both in zip(channels, said.fits, strict=True) if both[0].entries]
     gaps = {
         channel: channel.residual - channel.predicted(fit)
         for channel, fit in there
         if channel.left(fit) > channel.effect_price
     }
+    if said.names and len(gaps) == len(there):
+        return ()
     if len(gaps) > 1:
         together = np.asarray(np.corrcoef(np.stack(list(gaps.values()))))
         if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
             return ()
-    # An effect says all on some channel.
-    if len(gaps) == len(there) and said.names:
-        return ()
     if not all(wandering.noisy(left) for left in gaps.values()):
         return ()
     return tuple(channel.nominal.channel for channel in gaps)
