@@ -618,6 +618,18 @@ def test_two_laws_of_time_may_be_felt_more_where_more_is_strained() -> None:
     assert result.data["unexplained"]["share"] < 0.0005
 
 
+def test_a_drift_behind_a_divider_is_no_gain() -> None:
+    """A resistance that changes much is felt several times as much at one end of its range."""
+    x, codes = clean(72)
+    t = np.arange(len(x)) / RATE_HZ
+    share = (codes - codes.min(axis=0)) / np.ptp(codes, axis=0)
+    felt = 1.0 + np.array([1.65, -0.55, 1.6, 0.0]) * share
+    made = codes + 12.0 * np.log1p(t / 12.0)[:, None] * felt * np.array([1.0, -2.0, 0.6, 0.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("drift",)
+    assert result.data["unexplained"]["share"] < 0.005
+
+
 def test_a_simulator_that_was_calibrated_hides_the_curve_of_what_it_lacks() -> None:
     """What relaxes has no mean curve over strain then; on another motion the curve is the same."""
     x, codes = clean(18, SAMPLES + 2000)

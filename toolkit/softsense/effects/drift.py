@@ -20,6 +20,8 @@ from softsense.effects import (
 
 # How much more, or less, a drift is felt at full signal than at none.
 SLOPES = (0.0, -0.3, 0.4)
+# The same of a resistance that changes much, behind a divider.
+STEEP = (-0.6, 0.9, 1.7)
 # Laws of the time that has passed, in units of a time constant.
 COURSES: dict[str, Callable[[Floats], Floats]] = {
     "log": np.log1p,
@@ -81,13 +83,14 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """All laws around one time constant, or around one exponent; and some of them together."""
     if "exponent" in values:
         near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
-        return [*_powers(nominal, near.tolist(), SLOPES), *_mixed(nominal, SLOPES)]
+        return [*_powers(nominal, near.tolist(), SLOPES + STEEP), *_mixed(nominal, SLOPES)]
     if "tau_s" not in values:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
     taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0, 2.5)
     return [
         *_laws(nominal, tuple(COURSES), taus, SLOPES),
+        *_laws(nominal, ("log", "exponential", "hyperbolic"), taus, STEEP),
         *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),
         *_mixed(nominal, SLOPES),
     ]
