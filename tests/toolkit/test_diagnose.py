@@ -630,6 +630,15 @@ def test_a_drift_behind_a_divider_is_no_gain() -> None:
     assert result.data["unexplained"]["share"] < 0.005
 
 
+def test_what_the_first_cycles_soften_is_no_gain() -> None:
+    """Nothing ages within seconds."""
+    x, codes = clean(73)
+    lost = -np.expm1(-np.cumsum(np.abs(np.diff(x, prepend=x[0]))) / 2.5)
+    made = codes - 0.04 * lost[:, None] * (codes - codes[0]) * np.array([1.0, 0.7, 1.2, 0.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("softening",)
+
+
 def test_a_simulator_that_was_calibrated_hides_the_curve_of_what_it_lacks() -> None:
     """What relaxes has no mean curve over strain then; on another motion the curve is the same."""
     x, codes = clean(18, SAMPLES + 2000)

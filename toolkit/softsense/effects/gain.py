@@ -26,6 +26,8 @@ EDGE = 0.01
 ABOUT = (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7)
 # Powers of the way gone by which fatigue grows.
 FATIGUE = (0.35, 0.5, 0.7, 0.85)
+# Nothing ages in less than such a part of 400 s.
+LEAST_PART = 0.05
 # What of the strain reaches the sensor, less all of it.
 TRANSFERRED = (-0.25, -0.07, 0.07, 0.25)
 NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
@@ -96,7 +98,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         powers = (values["power"] * np.array([0.8, 0.9, 1.1, 1.2])).tolist()
         return explain(nominal) + _grown(nominal, _cycles(nominal, powers), from_zero)
     if "part" in values:
-        parts = (values["part"] * np.geomspace(0.6, 1.7, 9)).tolist()
+        near = np.maximum(values["part"] * np.geomspace(0.6, 1.7, 9), LEAST_PART)
+        parts = np.unique(near).tolist()
         orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0)
         return _grown(nominal, _settling(nominal, parts, orders), from_zero)
     some = explain(nominal) + _about(nominal, ANYWHERE)

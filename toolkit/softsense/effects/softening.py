@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from scipy.special import erf
@@ -16,6 +16,10 @@ NETWORKS = (0.05, 0.2)
 # range.
 LIMITS = (0.25, 0.45, 0.65, 0.85)
 PATIENCE = (0.1, 0.3, 1.0)
+# Strain gone, in ranges, in which the first cycles soften it: what takes longer is ageing, and what
+# is soft at once a scale.
+FIRST_WAYS = (1.5, 4.0)
+ENDS_WAYS = (1.0, 6.0)
 # How slowly the largest strain is forgotten, where it is.
 HEAL_S = (150.0, 400.0)
 # The largest strain so far grows by this share of the range at least.
@@ -47,12 +51,16 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """
     if np.ptp(nominal.reference.largest) < LEAST_GROWTH:
         return []
-    return _bends(nominal) + _laws(nominal, np.array([0.05, 0.2, 0.8]), np.array([0.0, 0.3, 1.0]))
+    some = _bends(nominal) + _first_cycles(nominal, FIRST_WAYS)
+    return some + _laws(nominal, np.array([0.05, 0.2, 0.8]), np.array([0.0, 0.3, 1.0]))
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The laws of softening around one width; what has none, nothing closer."""
     often = _classes(nominal) + _forgetting(nominal)
+    if "ways" in values:
+        near = np.clip(values["ways"] * np.geomspace(0.5, 2.0, 9), *ENDS_WAYS)
+        return _bends(nominal) + often + _first_cycles(nominal, np.unique(near).tolist())
     if "width" not in values or "heal_s" in values:
         return _bends(nominal) + often
     if "grows" not in values:
@@ -78,6 +86,19 @@ def _classes(nominal: Nominal) -> list[Candidate]:
             lost.append(broken * np.maximum(1.0 - (x / limit) ** 2, 0.0) * x * nominal.span)
         values = {"patience": patience}
         result.append(Candidate(np.stack(lost, axis=1), values, "classes", parallel=True))
+    return result
+
+
+def _first_cycles(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
+    """A share that is lost over the first cycles, whatever their strain, where these are all alike.
+    """
+    gone = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
+    signals = nominal.u - nominal.rest, nominal.strain * nominal.span
+    result = []
+    for way in ways:
+        lost = -np.expm1(-gone / way)
+        for signal in signals:
+            result.append(Candidate((lost * signal)[:, None], {"ways": way}, "first cycles"))
     return result
 
 
