@@ -1469,6 +1469,22 @@ def test_spikes_that_rise_between_samples_and_fade_slowly_are_gone(seed: int) ->
     assert cleaned(left, [found], motion)[:, 2].std() < 1.2
 
 
+@pytest.mark.parametrize("seed", [19, 23])
+def test_long_tails_of_large_spikes_are_no_tone(seed: int) -> None:
+    """Each is far off for as long as a burst of one."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(seed)
+    left = rng.normal(0.0, 3.0, codes.shape)
+    struck = np.zeros(8000)
+    at = rng.choice(np.arange(100, 7900), 40, replace=False)
+    struck[at] = rng.choice([-1.0, 1.0, 1.0], 40) * rng.uniform(200.0, 1000.0, 40)
+    left[:, 2] += lfilter([1.0], [1.0, -np.exp(-1.0 / 10.5)], struck)
+    motion = motion_of(x, 0.05, 0.0, None)
+    found = findings(left, left, rng.normal(0.0, 3.0, codes.shape), motion, False)
+    assert [(each.name, each.channels) for each in found] == [("spikes", (2,))]
+    assert np.std(cleaned(left, found, motion)[:, 2]) < 6.0
+
+
 def test_tails_of_spikes_are_no_walk() -> None:
     """A walk follows small ones, and foretells their tails: what it does not is no longer sharp."""
     x, codes = clean(9, 8000)

@@ -55,6 +55,8 @@ TAIL_TURN = 3
 TAIL_STAYS = 0.2
 # And fades by so much from sample to sample at least.
 SPIKE_FADES = 0.95
+# By how much more slowly than it seems to.
+FADES_SLOWER = (1.0, 1.005, 1.01, 1.02)
 # How often spikes are looked for in what the larger ones leave.
 STRUCK = 3
 # Of so many samples what follows is foretold where spikes ring; what is not has such a kurtosis.
@@ -98,15 +100,24 @@ def without_spikes(signal: Floats) -> Floats:
     answer = _ringing(signal)
     if not len(answer):
         return plain
-    # What no spike before foretells is the spikes themselves, which are sharp; what is beside them
-    # stays as it is, since an error there would have a tail of its own.
+    # Tails that are cut off seem to fade faster than they do.
+    longer = [answer * slower ** np.arange(len(answer)) for slower in FADES_SLOWER]
+    tailless = [_lined(_tailless(signal, slow)) for slow in longer if _fades(slow)]
+    return min([plain, *tailless, _lined(_struck(signal))], key=np.var)
+
+
+def _tailless(signal: Floats, answer: Floats) -> Floats:
+    """``signal`` (samples,) without its spikes and what they leave behind, as ``answer`` has it.
+
+    What no spike before foretells is the spikes themselves, which are sharp; what is beside them
+    stays as it is, since an error there would have a tail of its own.
+    """
     news = lfilter(answer, [1.0], signal - signal[0])
     usual = median_filter(news, NEWS)
     far = np.abs(news - usual)
     sudden = far > max(SPIKES_MORE * 1.4826 * float(np.median(far)), 1.0)
-    tailless = lfilter([1.0], answer, np.where(sudden, usual, news))
-    several = [plain, _lined(signal[0] + tailless), _lined(_struck(signal))]
-    return min(several, key=np.var)
+    rest: Floats = signal[0] + lfilter([1.0], answer, np.where(sudden, usual, news))
+    return rest
 
 
 def plain_of(signal: Floats) -> Floats:
@@ -172,7 +183,12 @@ def _answer(shape: Floats) -> Floats:
     past = np.stack([held[1:-1], held[:-2]], axis=1)
     ahead, _, _, _ = np.linalg.lstsq(past, held[2:])
     answer = np.array([1.0, *-ahead])
-    return answer if np.abs(np.roots(answer)).max() < SPIKE_FADES else np.zeros(0)
+    return answer if _fades(answer) else np.zeros(0)
+
+
+def _fades(answer: Floats) -> bool:
+    """Whether what follows a spike so is soon gone."""
+    return bool(np.abs(np.roots(answer)).max() < SPIKE_FADES)
 
 
 def _ringing(signal: Floats) -> Floats:
@@ -186,7 +202,7 @@ def _ringing(signal: Floats) -> Floats:
     answer = np.array([1.0, *-np.linalg.lstsq(past, held[RINGS:])[0]])
     below = np.flatnonzero(lfilter([1.0], answer, np.eye(1, TAIL)[0]) < -TAIL_END)
     swings = len(below) > 0 and below[0] > TAIL_TURN
-    if np.abs(np.roots(answer)).max() > SPIKE_FADES or swings:
+    if not _fades(answer) or swings:
         return np.zeros(0)
     news = lfilter(answer, [1.0], held)
     rings = kurtosis(news) > RINGING and spike_hits(news).sum() >= MANY * SPIKE_COUNT
@@ -248,12 +264,23 @@ def spike_hits(left: Floats) -> NDArray[np.bool_]:
 
 def _in_bursts(left: Floats, hit: NDArray[np.bool_]) -> bool:
     """Whether what is around most samples that are ``hit`` is as far off: that is noise, or a tone,
-    in bursts. Spikes that come in bursts have calm samples between them."""
+    in bursts. Spikes that come in bursts have calm samples between them, and tails that follow."""
+    if _stand_alone(left, hit):
+        return False
+    answer = _answer(_shape(left))
+    if not len(answer):
+        return True
+    news = lfilter(answer, [1.0], left - left[0])
+    return not _stand_alone(news, spike_hits(news))
+
+
+def _stand_alone(left: Floats, hit: NDArray[np.bool_]) -> bool:
+    """Whether there is little around many samples that are ``hit``."""
     off = np.abs(left - median_filter(left, BURST))
     usual = 1.4826 * median_filter(off, BURST)[hit]
     # The neighbours of a spike are far from it.
     alone = maximum_filter1d(off, 3)[hit] > BURST_SIGMA * usual
-    return bool(alone.sum() < ALONE_PART * hit.sum())
+    return bool(hit.any() and alone.sum() >= ALONE_PART * hit.sum())
 
 
 def has_lone(signal: Floats) -> bool:

@@ -211,9 +211,11 @@ def _found(
     hit &= beyond_mean(sharp) > jumps
     if said.any() and hit.any() and standing_out(sharp, hit) < SPIKE_STANDS * hit.sum():
         hit[:] = False
-    if only_while_on(hit, off):
-        hit[:] = False
     rest = news
+    if only_while_on(hit, off):
+        # What is left of a tone is no noise either.
+        hit[:] = False
+        rest = without_spikes(rest)
     if hit.any() and are_steps(sharp, hit, codes):
         hit[:] = False
     lone = hit.any() and has_lone(sharp) and not has_lone(own)
