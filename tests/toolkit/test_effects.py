@@ -369,8 +369,13 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
     for name, one in all_effects().items():
         if one.explain is None:
             continue
-        asked = one.explain(searched._asked(one, nominal))
-        for thin, full in zip(asked, one.explain(nominal), strict=True):
+        asked = searched._asked(one, nominal)
+        thinned, whole = one.explain(asked), one.explain(nominal)
+        for values in {tuple(sorted(made.values)): made.values for made in whole}.values():
+            if one.zoom is not None:
+                thinned = thinned + one.zoom(asked, values)
+                whole = whole + one.zoom(nominal, values)
+        for thin, full in zip(thinned, whole, strict=True):
             columns = searched._searched(thin)
             expected = full.columns[::4]
             np.testing.assert_allclose(columns, expected, rtol=1e-9, atol=1e-9, err_msg=name)

@@ -214,17 +214,8 @@ class Channel:
 
     def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
         """``nominal`` for traces of the samples that the search looks at."""
-        thin = self._thin
-        if thin.step == 1 or not effect.memoryless:
-            return replace(nominal, keep=thin)
-        return replace(
-            nominal,
-            codes=nominal.codes[thin],
-            heard=nominal.heard[thin],
-            strain=nominal.strain[thin],
-            largest=nominal.largest[thin],
-            dt_s=nominal.dt_s * thin.step,
-        )
+        asked = replace(nominal, keep=self._thin)
+        return asked.kept() if effect.memoryless else asked
 
     def _first_gain(self, history: Floats) -> float:
         """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""

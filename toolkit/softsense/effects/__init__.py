@@ -207,6 +207,20 @@ class Nominal:
         strain = moved()
         return replace(self, codes=changed, strain=strain, largest=np.maximum.accumulate(strain))
 
+    def kept(self) -> Nominal:
+        """Of the samples to ``keep`` alone, for traces that need no others."""
+        if self.keep == slice(None):
+            return self
+        return replace(
+            self,
+            codes=self.codes[self.keep],
+            heard=self.heard[self.keep],
+            strain=self.strain[self.keep],
+            largest=self.largest[self.keep],
+            dt_s=self.dt_s * (self.keep.step or 1),
+            keep=slice(None),
+        )
+
     @property
     def curve(self) -> Curve:
         """The channel's codes over strain, in the reference."""

@@ -90,10 +90,10 @@ def _classes(nominal: Nominal) -> list[Candidate]:
 
 
 def _first_cycles(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
-    """A share that is lost over the first cycles, whatever their strain, where these are all alike.
-    """
-    gone = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
-    signals = nominal.u - nominal.rest, nominal.strain * nominal.span
+    """A share that is lost over the first cycles, whatever their strain, where all are alike."""
+    gone = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))[nominal.keep]
+    kept = nominal.kept()
+    signals = kept.u - kept.rest, kept.strain * kept.span
     result = []
     for way in ways:
         lost = -np.expm1(-gone / way)
@@ -131,6 +131,7 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
     """Ogden and Roxburgh's erf of the energy, whose width may grow with the largest energy, and
     an exponential of the distance; in proportion to signal, strain, or a mixture. And damage alone.
     """
+    nominal = nominal.kept()
     energy, top = np.maximum(nominal.strain, 0.0) ** 2, np.maximum(nominal.largest, 0.0) ** 2
     below = nominal.largest - nominal.strain
     laws = [
@@ -154,6 +155,7 @@ def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
     Mech. A 14, 1995) or with its energy (Simo, Comput. Methods Appl. Mech. Eng. 60, 1987): nothing
     is stiffer close to the largest strain."""
     result = []
+    nominal = nominal.kept()
     top = np.maximum(nominal.largest, 0.0)
     # Whatever else moves the strain, and on another motion, the candidates are the same ones.
     seen = np.maximum(nominal.reference.largest, 0.0)
@@ -170,6 +172,7 @@ def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
 
 
 def _bends(nominal: Nominal) -> list[Candidate]:
+    nominal = nominal.kept()
     below = nominal.largest - nominal.strain
     bends = [below, below * nominal.largest, below**2, below * nominal.strain]
     deep = [np.minimum(below / (0.1 + 0.9 * nominal.largest), 1.0), nominal.largest * nominal.share]
@@ -206,5 +209,4 @@ EFFECT = Effect(
     explain=explain,
     zoom=zoom,
     forms=("exponential", "ogden_roxburgh"),
-    memoryless=True,
 )
