@@ -1089,6 +1089,21 @@ def test_what_relaxes_faster_where_it_is_stretched_is_relaxation() -> None:
     assert result.data["unexplained"]["share"] < 0.002
 
 
+@pytest.mark.parametrize("effect", ["step", "random_walk"])
+def test_an_effect_shows_beside_a_noise_that_is_much_louder(effect: str) -> None:
+    """So many samples tell it from chance, far below one noise."""
+    x, codes = clean(4, 8000)
+    rng = np.random.default_rng(4)
+    real = codes + rng.normal(0.0, 25.0, codes.shape)
+    if effect == "step":
+        real[5000:] += 9.0
+    else:
+        real += np.cumsum(rng.normal(0.0, 0.35, codes.shape), axis=0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, real, 2))
+    assert sorted(result.effects) == sorted([effect, "noise"])
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_one_channel_is_louder_where_the_others_agree() -> None:
     """By less than what a recording may be louder than its simulation."""
     x, codes = clean(16)
@@ -1753,23 +1768,26 @@ def test_a_walk_beside_an_effect_says_what_no_others_do(left: float, walks: bool
 
 
 @pytest.mark.parametrize(
-    ("names", "left", "excess", "beside", "remains"),
+    ("names", "left", "alone", "excess", "beside", "remains"),
     [
-        ("gain", 0.05, 100.0, False, False),
-        ("gain", 0.07, 1.0, False, True),
-        ("gain", 0.07, 100.0, True, False),
-        ("gain", 0.16, 100.0, True, True),
-        ("gain+step", 0.015, 1.0, False, False),
-        ("gain+step", 0.015, 100.0, False, True),
+        ("gain", 0.05, 0.05, 100.0, False, False),
+        ("gain", 0.07, 0.07, 1.0, False, True),
+        ("gain", 0.07, 0.07, 100.0, True, False),
+        ("gain", 0.16, 0.16, 100.0, True, True),
+        ("gain+step", 0.015, 0.05, 1.0, False, False),
+        ("gain+step", 0.015, 0.05, 100.0, False, True),
+        ("gain+step", 0.015, 0.2, 100.0, False, False),
+        ("gain+step", 0.04, 0.2, 100.0, False, True),
     ],
 )
 def test_what_is_clearly_left_is_said_to_be_unknown(
-    names: str, left: float, excess: float, beside: bool, remains: bool
+    names: str, left: float, alone: float, excess: float, beside: bool, remains: bool
 ) -> None:
-    """Of a gap that is hardly more than the noise, more is left by chance."""
+    """Of a gap that is hardly more than the noise, more is left by chance; and two effects that
+    each say much of it need not be as close as two that may be a third one in pieces."""
     channels = [SimpleNamespace(excess=excess * 1000.0, samples=1000, entries={"gain": []})] * 2
     made = Model(frozenset(names.split("+")), (), 0.0)
-    assert telling._remains(channels, made, left, beside) is remains
+    assert telling._remains(channels, made, left, alone, beside) is remains
 
 
 def test_a_walk_is_no_jerk_where_a_rail_hides_it() -> None:

@@ -50,7 +50,7 @@ EFFECT_PRICE = 0.25
 # That is for what the nominal signal may be wrong by, not for chance: where the real noise is far
 # louder than the simulated one (by more than this factor of power), less.
 LOUD = 4.0
-LEAST_GUARD = 0.15
+LEAST_GUARD = 0.05
 # So many times an effect's price more for a second one: what an equation leaves that is only nearly
 # right.
 SECOND_PRICE = 0.25
@@ -621,7 +621,7 @@ class Channel:
         price = self.weight_price * fit.columns
         if (WALK, 0) in fit.picks:
             price += self.effect_price * beside_walk(len(fit.picks) - 1)
-            price += WALK_PRICE * self.samples + WALK_SHARE * self.excess
+            price += WALK_PRICE * self.guard * self.samples + WALK_SHARE * self.excess
             if len(fit.picks) > 1:
                 moves = float(self.walking.squares.sum()) / self.sigma**2
                 price += FORM_SHARE * max(moves - self.samples, 0.0) * (len(fit.picks) - 1)
@@ -634,18 +634,18 @@ class Channel:
         picks = [pick for pick in fit.picks if pick[0] != WALK]
         candidates = [self.entries[name][number].candidate for name, number in picks]
         if any(candidate.curved for candidate in candidates):
-            price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
-        price += STATIC_PRICE * self.samples * len(self.idle(fit, lasting=True))
+            price += CURVED_PRICE * self.guard * self.samples + self._share_price(CURVED_SHARE, fit)
+        price += STATIC_PRICE * self.guard * self.samples * len(self.idle(fit, lasting=True))
         more = sum(further(candidate) for candidate in candidates)
         price += PARAMETER_PRICE * self.guard * self.samples * more
         if any(candidate.pliable for candidate in candidates):
             price += self._share_price(PLIABLE_SHARE, fit)
         if fit.static is not None and len(fit.static) == 1:
-            price += OFFSET_PRICE * self.samples + self._share_price(OFFSET_SHARE, fit)
+            price += OFFSET_PRICE * self.guard * self.samples + self._share_price(OFFSET_SHARE, fit)
         elif self._own_curve(fit):
-            price += CURVED_PRICE * self.samples + self._share_price(CURVED_SHARE, fit)
+            price += CURVED_PRICE * self.guard * self.samples + self._share_price(CURVED_SHARE, fit)
         elif fit.static is not None:
-            price += STATIC_PRICE * self.samples + STATIC_SHARE * self.excess
+            price += STATIC_PRICE * self.guard * self.samples + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
 
     def idle(self, fit: Fit, lasting: bool) -> list[str]:
@@ -687,7 +687,7 @@ class Channel:
     @property
     def least_with_walk(self) -> float:
         """The price of a fit with a walk and nothing else that leaves just the noise."""
-        walk = WALK_PRICE * self.samples + WALK_SHARE * self.excess
+        walk = WALK_PRICE * self.guard * self.samples + WALK_SHARE * self.excess
         return self.samples + self.effect_price + walk
 
     def exact(self, fit: Fit) -> bool:

@@ -192,15 +192,15 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
         share = min(SAME_CHANNELS_SHARE * gap, SHARE_OF_LEFT * max(left, 0.0))
         price += share * (len(names) - 1)
     if WALK in names:
+        walking = [c for c, fit in zip(channels, fits, strict=True) if (WALK, 0) in fit.picks]
+        guard = max(c.guard for c in walking)
         # How large an effect is, is not seen beside a walk, unless it is slow.
-        price += each * beside_walk(len(names) - 1)
+        price += each * guard * beside_walk(len(names) - 1)
         slow = sum(_by_chance(channels, fits, name) for name in names & SLOW)
-        price += (SLOW_PRICE * channels[0].samples + NAME_SHARE * gap) * slow
-        walking = [
-            c.excess for c, fit in zip(channels, fits, strict=True) if (WALK, 0) in fit.picks
-        ]
+        price += (SLOW_PRICE * guard * channels[0].samples + NAME_SHARE * gap) * slow
         # Two equations, each only nearly right, leave more than one for a walk to follow.
-        price += WALK_NAME_SHARE * max(len(names) - 1, 1) ** 2 * max(walking)
+        most = max(c.excess for c in walking)
+        price += WALK_NAME_SHARE * max(len(names) - 1, 1) ** 2 * most
         return Model(names, fits, price)
     exact = all(channel.exact(fit) for channel, fit in zip(channels, fits, strict=True))
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
@@ -645,7 +645,9 @@ def _least_with_walk(channels: Sequence[Channel], names: Names) -> float:
         walk + WALK_NAME_SHARE * channel.excess - price
         for channel, walk, price in zip(channels, walks, least, strict=True)
     )
-    return sum(least) + first + NAME_PRICE * channels[0].samples * beside_walk(len(names) - 1)
+    guard = min(channel.guard for channel in channels)
+    named = NAME_PRICE * guard * channels[0].samples * beside_walk(len(names) - 1)
+    return sum(least) + first + named
 
 
 def by_price(models: Iterable[Model]) -> list[Model]:

@@ -41,6 +41,10 @@ REMAINING_SHARE = 0.02
 # gap: how loud a noise is, is known only roughly.
 CLEARLY_REMAINING = 0.01
 PART_OF_NOISE = 0.5
+# But two of which each says much are no patchwork in place of another: these leave less than such a
+# part of what the better one alone does.
+EACH_SAYS_MUCH = 0.25
+REMAINING_OF_SUCH = 0.03
 # Beside noise, spikes or tones so much of the gap, and as much as the noise itself.
 REMAINING_BESIDE = 0.15
 # What tails of spikes leave of any channel, in noise variances per sample.
@@ -136,7 +140,9 @@ def tell(
     told = replace(best, fits=tuple(best.fits[c] for c in spoken))
     heard = [channels[c] for c in spoken]
     left = left_share(heard, told)
-    remains = bool(best.names) and _remains(heard, told, left, bool(found))
+    singles = [made for made in checked.models if len(made.names - {WALK}) == len(made.names) == 1]
+    alone = min((left_share(channels, made) for made in singles), default=1.0)
+    remains = bool(best.names) and _remains(heard, told, left, alone, bool(found))
     present = bool(best.names or found or unknown)
     traces = _traces(channels, best) if best.names else ()
     static = np.zeros((len(names), 0))
@@ -211,10 +217,14 @@ def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     return raw > UNKNOWN_GAP * channels[0].samples and left_share(channels, best) > UNKNOWN_SHARE
 
 
-def _remains(channels: Sequence[Channel], best: Model, left: float, beside: bool) -> bool:
-    """Whether the share of the gap that is ``left`` is something that no effect says; ``beside``:
-    noise, spikes or tones were found."""
+def _remains(
+    channels: Sequence[Channel], best: Model, left: float, alone: float, beside: bool
+) -> bool:
+    """Whether the share of the gap that is ``left`` is something that no effect says; ``alone``:
+    what one effect leaves; ``beside``: noise, spikes or tones were found."""
     variances = left * sum(c.excess / c.samples for c in channels)
+    if len(best.names - {WALK}) > 1 and left < EACH_SAYS_MUCH * alone:
+        return left > REMAINING_OF_SUCH
     if len(best.names - {WALK}) > 1:
         clearly = variances > PART_OF_NOISE * sum(bool(c.entries) for c in channels)
         return left > (CLEARLY_REMAINING if clearly else REMAINING_SHARE)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose import wandering
-from softsense.diagnose.channel import WALK, Channel
+from softsense.diagnose.channel import WALK, WALK_PRICE, Channel
 from softsense.diagnose.design import Base, Design, Group, Term
 from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion
@@ -107,10 +107,11 @@ def vetted(
         (beside and (jerky or _alike(channels, models[0], slow)))
         or (not slow and _driven(channels, models[0], motion))
         or (jerky and left_share(channels, named[0]) < REMAINING_ALONE)
+        or (jerky and _unguarded(channels, models[0]) > named[0].price)
     ):
         # What another effect leaves over, its form being only nearly right, is no walk: it is alike
-        # on all its channels. Nor is one what goes in jumps that an effect can say. But all of it
-        # may be walks, of which the other effect has only followed some.
+        # on all its channels. Nor is one what goes in jumps that an effect can say, or a loud noise
+        # may have. But all of it may be walks, of which the other effect has only followed some.
         alone = [made for made in walks if beside and _are_walks(channels, made, motion)]
         models, jerky = by_price([*alone, *named]), False
     best = models[0]
@@ -200,6 +201,12 @@ def left_share(channels: Sequence[Channel], best: Model) -> float:
         for channel, fit in zip(channels, best.fits, strict=True)
     )
     return float(np.clip(left / max(sum(c.excess for c in channels), 1.0), 0.0, 1.0))
+
+
+def _unguarded(channels: Sequence[Channel], best: Model) -> float:
+    """What a model with walks would cost if the real noise were no louder than simulated."""
+    there = [channels[number] for number in best.channels_of(WALK)]
+    return best.price + sum(WALK_PRICE * (1.0 - c.guard) * c.samples for c in there)
 
 
 def walks_of(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Floats]]:
