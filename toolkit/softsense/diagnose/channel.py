@@ -618,10 +618,10 @@ class Channel:
         return self._prices[id(fit)][1]
 
     def _price(self, fit: Fit) -> float:
-        price = self.weight_price * fit.columns
+        price, guarded = self.weight_price * fit.columns, self.guard * self.samples
         if (WALK, 0) in fit.picks:
             price += self.effect_price * beside_walk(len(fit.picks) - 1)
-            price += WALK_PRICE * self.guard * self.samples + WALK_SHARE * self.excess
+            price += WALK_PRICE * guarded + WALK_SHARE * self.excess
             if len(fit.picks) > 1:
                 moves = float(self.walking.squares.sum()) / self.sigma**2
                 price += FORM_SHARE * max(moves - self.samples, 0.0) * (len(fit.picks) - 1)
@@ -634,18 +634,18 @@ class Channel:
         picks = [pick for pick in fit.picks if pick[0] != WALK]
         candidates = [self.entries[name][number].candidate for name, number in picks]
         if any(candidate.curved for candidate in candidates):
-            price += CURVED_PRICE * self.guard * self.samples + self._share_price(CURVED_SHARE, fit)
-        price += STATIC_PRICE * self.guard * self.samples * len(self.idle(fit, lasting=True))
+            price += CURVED_PRICE * guarded + self._share_price(CURVED_SHARE, fit)
+        price += STATIC_PRICE * guarded * len(self.idle(fit, lasting=True))
         more = sum(further(candidate) for candidate in candidates)
-        price += PARAMETER_PRICE * self.guard * self.samples * more
+        price += PARAMETER_PRICE * guarded * more
         if any(candidate.pliable for candidate in candidates):
             price += self._share_price(PLIABLE_SHARE, fit)
         if fit.static is not None and len(fit.static) == 1:
-            price += OFFSET_PRICE * self.guard * self.samples + self._share_price(OFFSET_SHARE, fit)
+            price += OFFSET_PRICE * guarded + self._share_price(OFFSET_SHARE, fit)
         elif self._own_curve(fit):
-            price += CURVED_PRICE * self.guard * self.samples + self._share_price(CURVED_SHARE, fit)
+            price += CURVED_PRICE * guarded + self._share_price(CURVED_SHARE, fit)
         elif fit.static is not None:
-            price += STATIC_PRICE * self.guard * self.samples + STATIC_SHARE * self.excess
+            price += STATIC_PRICE * guarded + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
 
     def idle(self, fit: Fit, lasting: bool) -> list[str]:
