@@ -223,9 +223,9 @@ def _remains(
     """Whether the share of the gap that is ``left`` is something that no effect says; ``alone``:
     what one effect leaves; ``beside``: noise, spikes or tones were found."""
     variances = left * sum(c.excess / c.samples for c in channels)
-    if len(best.names - {WALK}) > 1 and left < EACH_SAYS_MUCH * alone:
-        return left > REMAINING_OF_SUCH
     if len(best.names - {WALK}) > 1:
+        if left < EACH_SAYS_MUCH * alone:
+            return left > REMAINING_OF_SUCH
         clearly = variances > PART_OF_NOISE * sum(bool(c.entries) for c in channels)
         return left > (CLEARLY_REMAINING if clearly else REMAINING_SHARE)
     if beside:

@@ -209,7 +209,8 @@ class Nominal:
 
     def kept(self) -> Nominal:
         """Of the samples to ``keep`` alone, for traces that need no others."""
-        if self.keep == slice(None):
+        step = self.keep.step or 1
+        if step == 1:
             return self
         return replace(
             self,
@@ -217,9 +218,15 @@ class Nominal:
             heard=self.heard[self.keep],
             strain=self.strain[self.keep],
             largest=self.largest[self.keep],
-            dt_s=self.dt_s * (self.keep.step or 1),
+            dt_s=self.dt_s * step,
             keep=slice(None),
         )
+
+    @property
+    def way(self) -> Floats:
+        """(kept samples,) strain ranges gone so far."""
+        way: Floats = np.cumsum(np.abs(np.diff(self.strain, prepend=self.strain[0])))
+        return way[self.keep]
 
     @property
     def curve(self) -> Curve:

@@ -137,12 +137,6 @@ def _moved(nominal: Nominal, zero: int = REST) -> Floats:
     return moved
 
 
-def _way(nominal: Nominal) -> Floats:
-    """(kept samples,) strain ranges gone so far."""
-    way: Floats = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))
-    return way[nominal.keep]
-
-
 def _about(nominal: Nominal, zeros: Sequence[float]) -> list[Candidate]:
     """Constant, from where the signal is 0, in spans from where the recording begins."""
     moved = _moved(nominal)
@@ -160,13 +154,13 @@ def _usual(nominal: Nominal) -> list[Course]:
 
 def _cycles(nominal: Nominal, powers: Sequence[float]) -> list[Course]:
     """With powers of the way gone."""
-    way = _way(nominal)
+    way = nominal.way
     return [(way**power, {"power": power}, "cycles") for power in powers]
 
 
 def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Course]:
     """With the logarithm of the way gone."""
-    way = _way(nominal)
+    way = nominal.way
     return [(np.log1p(way / one), {"ways": one}, "logarithmic") for one in ways]
 
 

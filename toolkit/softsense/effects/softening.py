@@ -91,8 +91,7 @@ def _classes(nominal: Nominal) -> list[Candidate]:
 
 def _first_cycles(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
     """A share that is lost over the first cycles, whatever their strain, where all are alike."""
-    gone = np.cumsum(np.abs(np.diff(nominal.strain, prepend=nominal.strain[0])))[nominal.keep]
-    kept = nominal.kept()
+    gone, kept = nominal.way, nominal.kept()
     signals = kept.u - kept.rest, kept.strain * kept.span
     result = []
     for way in ways:
