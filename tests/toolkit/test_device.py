@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from softsense.cli.console import Console
 from softsense.cli.main import main
 from softsense.device import Device, Emulator, boards, connect
 from softsense.device.board import board_names
@@ -282,6 +283,16 @@ def test_nothing_is_left_behind(tmp_path: Path) -> None:
     running.send_signal(signal.SIGINT)
     assert running.wait(10) == 0
     assert list(tmp_path.iterdir()) == []
+
+
+def test_ended_as_soon_as_the_port_is_said(monkeypatch: pytest.MonkeyPatch, capsys) -> None:
+    def ends(self: Console, text: str) -> None:
+        if "device ping" in text:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(Console, "say", ends)
+    assert main(["emulate", str(MODEL)]) == 0
+    assert not Path(capsys.readouterr().out.strip()).exists()
 
 
 def test_estimate_and_info_commands(emulator: Emulator, tmp_path: Path, capsys) -> None:

@@ -59,14 +59,14 @@ def run(args: argparse.Namespace, console: Console) -> int:
     terminate_on(signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
     console.say(f"building the firmware for {args.board} …")
     with Emulator(args.out, args.board, faults, args.seed, args.tcp, adc) as emulator:
-        if args.json:
-            print(json.dumps({"port": emulator.port, "tcp": emulator.tcp}), flush=True)
-        else:
-            print(emulator.port, flush=True)
-            if emulator.tcp is not None:
-                print(f"socket://127.0.0.1:{emulator.tcp}", flush=True)
-        console.say(f"try: softsense device ping --port {emulator.port}      (Ctrl-C ends)")
-        try:
+        try:  # from the first word of the port on: who reads it may end us at once
+            if args.json:
+                print(json.dumps({"port": emulator.port, "tcp": emulator.tcp}), flush=True)
+            else:
+                print(emulator.port, flush=True)
+                if emulator.tcp is not None:
+                    print(f"socket://127.0.0.1:{emulator.tcp}", flush=True)
+            console.say(f"try: softsense device ping --port {emulator.port}      (Ctrl-C ends)")
             while (failure := emulator.failure()) is None:
                 time.sleep(0.2)
         except KeyboardInterrupt:
