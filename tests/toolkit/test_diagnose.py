@@ -1390,6 +1390,22 @@ def test_one_spike_that_is_large_enough_is_one() -> None:
     assert abs(cleaned(left, found, motion)[4321, 2]) < 5.0
 
 
+@pytest.mark.parametrize("width", [1, 2])
+def test_what_a_few_spikes_leave_in_a_tone_is_no_noise(width: int) -> None:
+    """They bend a tone that moves, all around them, which then hides them."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(1)
+    own, left = rng.normal(size=(2, len(codes), 1))
+    phase = 2.0 * np.pi * 4.3 * np.arange(len(codes)) / RATE_HZ
+    left[:, 0] += 8.0 * np.sin(phase + np.cumsum(rng.normal(0.0, 0.05, len(codes))))
+    for begin, sign in ((700, 1.0), (3121, -1.0), (5410, 1.0)):
+        left[begin : begin + width, 0] += 120.0 * sign
+    motion = motion_of(x, 1.0 / RATE_HZ, 0.0, None)
+    found = findings(left, left, own, motion, False)
+    assert [each.name for each in found] == ["spikes", "interference"]
+    assert np.std(cleaned(left, found, motion)) < 1.3
+
+
 def test_steps_of_a_converter_are_no_spikes() -> None:
     """Of every 128 codes eight are off: they tell where it jumps."""
     x, codes = clean(9, 8000)

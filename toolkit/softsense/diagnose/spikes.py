@@ -18,9 +18,13 @@ Floats = NDArray[np.float64]
 SPIKE_SIGMA = 7.0
 SPIKE_COUNT = 6
 # One alone is a spike where it is so many times the usual distance from both its neighbours, which
-# differ by less than this share of it.
+# differ by less than this share of it; and has so many samples, which do.
 LONE_SIGMA = 40.0
 LONE_BACK = 0.1
+LONE_SAMPLES = 1, 2
+# A peak is farther off than this share of what is farthest of so many samples around it.
+AROUND = 21
+PEAK = 0.7
 # Not spikes but steps of a converter are those of which its codes tell more than this share, by
 # bins of so many codes, beside what goes on over so many samples.
 STEPS_SHARE = 0.3
@@ -164,10 +168,10 @@ def _begins(signal: Floats) -> NDArray[np.intp]:
 
 def _lined(signal: Floats) -> Floats:
     """``signal`` (samples,) with straight lines where its spikes were, and close to them."""
-    return _between(signal, np.convolve(spike_hits(signal), np.ones(5), "same") > 0)
+    return between(signal, np.convolve(spike_hits(signal), np.ones(5), "same") > 0)
 
 
-def _between(signal: Floats, hit: NDArray[np.bool_]) -> Floats:
+def between(signal: Floats, hit: NDArray[np.bool_]) -> Floats:
     """``signal`` (samples,) with straight lines where it is ``hit``."""
     clean, good = signal.copy(), np.flatnonzero(~hit)
     if len(good):
@@ -254,12 +258,25 @@ def spike_hits(left: Floats) -> NDArray[np.bool_]:
     None where many more are half as far: that is noise with heavy tails.
     """
     fast = beyond_mean(left)
-    scale = max(1.4826 * float(np.median(fast)), 0.5)
-    hit: NDArray[np.bool_] = fast > SPIKE_SIGMA * scale
+    hit = _far(fast)
     many = hit.sum() > SPIKE_MOST * len(hit)
-    if many or hit.sum() < SPIKE_PART * (fast > 0.5 * SPIKE_SIGMA * scale).sum():
+    if many or hit.sum() < SPIKE_PART * _far(fast, 0.5).sum():
         hit[:] = False
     return hit
+
+
+def peaks(signal: Floats) -> NDArray[np.bool_]:
+    """(samples,) which of ``signal`` (samples,) are as far off as spikes are, and nearly the
+    farthest of those around them; whatever else is half as far."""
+    fast = beyond_mean(signal)
+    peak: NDArray[np.bool_] = _far(fast) & (fast > PEAK * maximum_filter1d(fast, AROUND))
+    return peak
+
+
+def _far(fast: Floats, part: float = 1.0) -> NDArray[np.bool_]:
+    """(samples,) which distances from their neighbours are such a ``part`` of what spikes have."""
+    scale = max(1.4826 * float(np.median(fast)), 0.5)
+    return np.asarray(fast > part * SPIKE_SIGMA * scale)
 
 
 def _in_bursts(left: Floats, hit: NDArray[np.bool_]) -> bool:
@@ -284,10 +301,17 @@ def _stand_alone(left: Floats, hit: NDArray[np.bool_]) -> bool:
 
 
 def has_lone(signal: Floats) -> bool:
-    """Whether a sample of ``signal`` (samples,) is so far off that one such is enough."""
-    middle = 0.5 * (signal[:-2] + signal[2:])
-    far = np.abs(signal[1:-1] - middle)
-    back = np.abs(signal[2:] - signal[:-2]) < LONE_BACK * far
+    """Whether one sample of ``signal`` (samples,), or two, are so far off that one such spike is
+    enough."""
+    return any(_has_lone(signal, width) for width in LONE_SAMPLES)
+
+
+def _has_lone(signal: Floats, width: int) -> bool:
+    """The same of so many samples, which are alike."""
+    before, after = signal[: -width - 1], signal[width + 1 :]
+    first, last = signal[1:-width], signal[width:-1]
+    far = np.abs(0.5 * (first + last) - 0.5 * (before + after))
+    back = (np.abs(after - before) < LONE_BACK * far) & (np.abs(last - first) < LONE_BACK * far)
     scale = max(1.4826 * float(np.median(far)), 0.5)
     return bool(np.any(far[back] > LONE_SIGMA * scale))
 

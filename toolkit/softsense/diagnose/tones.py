@@ -10,7 +10,14 @@ from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uni
 from scipy.signal import oaconvolve, welch
 
 from softsense.diagnose.nominal import Motion, noise_rms
-from softsense.diagnose.spikes import SPIKE_SIGMA, spike_hits, without_spikes
+from softsense.diagnose.spikes import (
+    SPIKE_SIGMA,
+    between,
+    has_lone,
+    peaks,
+    spike_hits,
+    without_spikes,
+)
 
 Floats = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -66,6 +73,8 @@ LOW_HARMONIC = 5
 SHARP_RATIO = 40.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
+# And so often are spikes looked for that it had hidden, each time smaller ones.
+AGAIN = 3
 # A tone that is switched on and off shows within so long and so many of its periods; an instant
 # must explain so many noise variances, of each harmonic.
 SWITCH_S = 1.5
@@ -175,10 +184,19 @@ def without_tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
     """The same with the spikes that ``signal`` (samples,) has: they are no part of a tone, unless
     it comes in pulses."""
     plain = without_spikes(signal)
-    toneless = _toneless(plain, frequency, dt_s) + signal - plain
-    if np.array_equal(plain, signal):
-        return toneless
-    return min(_toneless(signal, frequency, dt_s), toneless, key=np.var)
+    rest = _toneless(plain, frequency, dt_s) + signal - plain
+    if not np.array_equal(plain, signal):
+        rest = min(_toneless(signal, frequency, dt_s), rest, key=np.var)
+    hit = np.zeros(len(signal), dtype=bool)
+    for _ in range(AGAIN if has_lone(rest) else 0):
+        # Those that it had hidden have left traces in it.
+        more = peaks(between(rest, hit))
+        if not more.any():
+            break
+        hit |= more
+        hidden = rest - between(rest, hit)
+        rest = _toneless(signal - hidden, frequency, dt_s) + hidden
+    return rest
 
 
 def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
