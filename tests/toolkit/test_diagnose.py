@@ -33,7 +33,7 @@ from softsense.diagnose.nominal import (
     nominals,
     reference_of,
 )
-from softsense.diagnose.search import Model, _fewest_first, _walk_last, by_price
+from softsense.diagnose.search import Model, _fewest_first, _walk_last, by_price, priced
 from softsense.diagnose.variance import Finding, cleaned, evident, findings, noise_beside
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.diagnose.wandering import jerky, moved_by
@@ -1910,6 +1910,40 @@ def test_an_effect_more_must_leave_less() -> None:
     assert by_price(_fewest_first(channels, [better, one]))[0].names == two.names
     cheaper = replace(two, price=7.7)
     assert by_price(_fewest_first(channels, [cheaper, one]))[0].names == two.names
+
+
+@pytest.mark.parametrize(("left", "name"), [(0.7, "drift"), (0.5, "relaxation")])
+def test_a_ladder_of_relaxations_must_leave_clearly_less(left: float, name: str) -> None:
+    """Its many weights say nearly all that is slow."""
+    channel = SimpleNamespace(
+        **dict.fromkeys(("samples", "excess", "guard"), 1.0),
+        **dict.fromkeys(("price", "left"), lambda fit: fit.errors[0]),
+        exact=lambda fit: False,
+        idle=lambda fit, lasting: (),
+    )
+    fits = fit_with("drift", 1.0), fit_with("relaxation", left)
+    assert by_price([priced([channel], (fit,)) for fit in fits])[0].names == {name}
+
+
+def test_a_gain_that_ages_is_a_model_of_a_material() -> None:
+    """So is what an equation leaves beside it, while a wrong scale is exact."""
+    x, codes = clean(2, 1500)
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    nominal = nominals(
+        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    )[0]
+    noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
+    curve, history = x[:, None] ** [1, 2], history_basis(x, 1 / RATE_HZ)
+    channel = Channel(
+        nominal, 0.05 * codes[:, 0] + noise, 1.3, curve, ["gain"], 1.7, 0.0, 0.1, history
+    )
+    exact: dict[str, set[bool]] = {}
+    for number, entry in enumerate(channel.entries["gain"]):
+        fit = Fit((("gain", number),), np.zeros(1), np.zeros(0), None)
+        exact.setdefault(entry.candidate.form, set()).add(channel.exact(fit))
+    always = {"constant", "divided", "transferred"}
+    assert exact == {form: {form in always} for form in exact}
+    assert {"constant", "logarithmic", "ageing", "cycles"} <= exact.keys()
 
 
 @pytest.mark.parametrize(

@@ -692,10 +692,9 @@ class Channel:
 
     def exact(self, fit: Fit) -> bool:
         """Whether every equation is what happens, and not a model of a material."""
-        return all(
-            all_effects()[name].exact and not self.entries[name][number].candidate.pliable
-            for name, number in fit.picks
-        )
+        exact = [pick for pick in fit.picks if all_effects()[pick[0]].exact]
+        made = [self.entries[name][number].candidate for name, number in exact]
+        return exact == list(fit.picks) and not any(c.pliable or c.nearly for c in made)
 
     @property
     def effect_price(self) -> float:

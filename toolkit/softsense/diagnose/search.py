@@ -88,6 +88,8 @@ THIRD_PRICE = 1.0
 LEFT_AGAIN = 0.5
 # A converter's curve that is nowhere more than a straight line.
 STRAIGHT_PRICE = 0.5
+# What says nearly all that is slow, with many weights: it must leave clearly less than others do.
+BROAD_PRICE = 0.45
 # An effect of the motion that is not named on all channels that have a gap.
 PARTIAL_PRICE = 0.5
 # The same of the second and third where all are exact.
@@ -185,6 +187,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     # A clock, or play in the drive, is the same for all channels.
     partial = sum(_partial(channels, fits, name) for name in names)
     price += PARTIAL_PRICE * channels[0].samples * partial
+    price += BROAD_PRICE * channels[0].samples * sum(all_effects()[name].broad for name in names)
     price += THIRD_PRICE * channels[0].samples * max(len(names) - 2, 0)
     price += STRAIGHT_PRICE * channels[0].samples * len(_straight(channels, fits))
     if _on_the_same(fits, names):
@@ -487,6 +490,40 @@ def _composed(
         leaner(channels, priced(channels, tuple(fits))) for fits in zip(*by_channel, strict=True)
     ]
     return list(zip(several, [refined(channels, made) for made in after], strict=True))
+
+
+def _upon_best(
+    channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
+) -> list[tuple[Model, Model]]:
+    """The best model without a walk, which follows whatever is left, with each of the most
+    promising effects more where it leaves much of a channel: side by side with what it acts upon,
+    that may say little."""
+    best = next(made for made in models if WALK not in made.names)
+    poor = [
+        number
+        for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True))
+        if fit.picks and channel.left(fit) > UNTOLD * channel.effect_price
+    ]
+    # What acts upon what moves the strain is looked for anyway.
+    if channels[0].long or not poor or best.names & moving():
+        return []
+
+    def beside(name: str) -> dict[int, Fit]:
+        """By channel: the best fit of its effects and one more."""
+        return {c: channels[c].best(frozenset(dict(best.fits[c].picks)) | {name}) for c in poor}
+
+    def cost(fits: dict[int, Fit]) -> float:
+        return sum(channels[c].price(fit) for c, fit in fits.items())
+
+    rest = [name for name in names if name not in best.names | moving() | {WALK}]
+    result = []
+    for fits in sorted(map(beside, rest), key=cost)[:UPON]:
+        made = list(best.fits)
+        for c, fit in fits.items():
+            then = channels[c].composed(fit, frozenset(dict(fit.picks)))
+            made[c] = min(made[c], then, key=channels[c].price)
+        result.append((best, leaner(channels, priced(channels, tuple(made)))))
+    return result
 
 
 def _upon_motion(

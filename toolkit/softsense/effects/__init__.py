@@ -344,12 +344,12 @@ class Candidate:
     physics (a delay cannot be half there). ``parallel``: the weights have one sign by physics (all
     parts relax); where they cancel, something else is mimicked. ``values``: the parameters that the
     columns were made with. ``curved``: the columns hold a curve besides, of the signal or of time,
-    which other effects could be behind. ``pliable``: it follows whatever is near, also where the
-    effect is an exact equation. ``largest``: weights beyond it are not physical, nor those beyond
-    ``alone`` where the others are next to nothing, or of the first ``quick`` ones together;
-    ``positive``: nor those below 0. ``moved()``: (samples,) the strain that reaches the sensor,
-    where that is what the effect changes; ``by_strain``: the columns are just what the channel says
-    of it, less what it says of the nominal strain.
+    which other effects could be behind. ``pliable``: it follows whatever is near, and ``nearly``:
+    it is a model of a material, also where the effect is an exact equation. ``largest``: weights
+    beyond it are not physical, nor those beyond ``alone`` where the others are next to nothing, or
+    of the first ``quick`` ones together; ``positive``: nor those below 0. ``moved()``: (samples,)
+    the strain that reaches the sensor, where that is what the effect changes; ``by_strain``: the
+    columns are just what the channel says of it, less what it says of the nominal strain.
     """
 
     made: Floats | Callable[[], Floats]
@@ -359,6 +359,7 @@ class Candidate:
     parallel: bool = False
     curved: bool = False
     pliable: bool = False
+    nearly: bool = False
     largest: float = np.inf
     alone: float = np.inf
     quick: int = 0
@@ -432,7 +433,7 @@ class Effect:
     ``lasting``: it depends on what was before, and has a mean curve over the strain besides, which
     the calibration of a simulator takes in. ``by_rate``: what does not change with how fast the
     strain changes is none of it. ``bent``: it is a curve of the codes, of which what is straight is
-    none of it.
+    none of it. ``broad``: its many weights say much of what other effects do.
     """
 
     name: str
@@ -454,6 +455,7 @@ class Effect:
     lasting: bool = False
     by_rate: bool = False
     bent: bool = False
+    broad: bool = False
 
     def defaults(self) -> dict[str, float]:
         """Every parameter's default by name."""

@@ -37,6 +37,8 @@ ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
 REST = 0
 ZEROS = (REST, 1, 2, 3)
 FROM = "from"
+# How it ages is a law of a material.
+CONSTANT = "constant"
 # How a gain goes over the kept samples, its parameters and its form.
 Course = tuple[Floats | float, Mapping[str, float], str]
 
@@ -46,7 +48,7 @@ def simulate(
 ) -> tuple[Floats, State]:
     """u (1 + A c): c = 1, time / 400 s, or sqrt(cycles / 100)."""
     after: State = {}
-    if form == "constant":
+    if form == CONSTANT:
         course = np.ones((len(u), 1))
     elif form == "time":
         course = context.time_s()[:, None] / REFERENCE_S
@@ -67,7 +69,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     the sensor. What is no signal need not be where the recording begins."""
     usual = [*_usual(nominal), *_settling(nominal, (0.05, 0.15, 0.4), (1.0,))]
     return [
-        *_grown(nominal, [(1.0, {}, "constant")], ZEROS),
+        *_grown(nominal, [(1.0, {}, CONSTANT)], ZEROS),
         *_about(nominal, ABOUT),
         *_divided(nominal),
         *_transferred(nominal, TRANSFERRED),
@@ -118,7 +120,7 @@ def _grown(
     for zero in zeros:
         moved, mark = _moved(nominal, zero), {} if zero == REST else {FROM: float(zero)}
         result += [
-            Candidate((moved * course)[:, None], {**values, **mark}, form)
+            Candidate((moved * course)[:, None], {**values, **mark}, form, nearly=form != CONSTANT)
             for course, values, form in courses
         ]
     return result
@@ -141,7 +143,7 @@ def _about(nominal: Nominal, zeros: Sequence[float]) -> list[Candidate]:
     """Constant, from where the signal is 0, in spans from where the recording begins."""
     moved = _moved(nominal)
     return [
-        Candidate((moved - zero * nominal.span)[:, None], {"zero": zero}, "constant")
+        Candidate((moved - zero * nominal.span)[:, None], {"zero": zero}, CONSTANT)
         for zero in zeros
     ]
 
@@ -231,6 +233,6 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
-    forms=("constant", "time", "cycles"),
+    forms=(CONSTANT, "time", "cycles"),
     exact=True,
 )

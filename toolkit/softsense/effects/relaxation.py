@@ -291,4 +291,5 @@ EFFECT = Effect(
     zoom=zoom,
     forms=("prony", "power_law"),
     lasting=True,
+    broad=True,
 )
