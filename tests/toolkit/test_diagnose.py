@@ -201,6 +201,18 @@ def test_an_effect_beside_a_walk_is_named_too() -> None:
     assert set(result.effects) == {"overshoot", "random_walk"}
 
 
+def test_a_step_beside_walks_is_named_too() -> None:
+    """No other time foretells it, and a walk follows it with one move."""
+    x, codes = clean(21)
+    made = codes + np.cumsum(np.random.default_rng(1).normal(0.0, 0.25, codes.shape), axis=0)
+    made[SAMPLES // 3 :, :2] += 25.0
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found == {"random_walk": ["s1", "s2", "s3", "s4"], "step": ["s1", "s2"]}
+    assert not result.data["unexplained"]["unknown_effect"]
+    assert result.data["where"]["onset_s"] == pytest.approx(SAMPLES / 3 / RATE_HZ, abs=1.0)
+
+
 def test_a_drift_beside_another_channels_walk_is_named_too() -> None:
     x, codes = clean(45)
     made = codes.copy()

@@ -8,14 +8,14 @@ what looks like some effect of its own.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose import wandering
 from softsense.diagnose.channel import WALK, WALK_PRICE, Channel
-from softsense.diagnose.design import Base, Design, Group, Term
+from softsense.diagnose.design import Base, Design, Fit, Group, Term
 from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion
 from softsense.diagnose.search import (
@@ -98,6 +98,8 @@ def vetted(
         steady = _steady(channels, models[0])
         models = by_price([weighed(channels, _calm(channels, steady)), *named])
     models = _by_sign(channels, models)
+    if models[0].names == {WALK}:
+        models = [*_jumped(channels, models[0]), *models]
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
     # What only a slow effect would have in place of a walk is one where that leaves much.
@@ -300,11 +302,43 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
     if moved:
         where &= speed <= np.median(speed)
     if "step" in said:
-        jump = int(np.argmax(np.abs(np.diff(said["step"]))))
+        jump = _jump(said["step"])
         where[max(jump - BESIDE_STEP, 0) : jump + BESIDE_STEP] = False
     if "saturation" in said:
         where &= np.abs(said["saturation"]) < channel.sigma
     return wandering.jerky(walk, channel.gain, where, not moved)
+
+
+def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
+    """The same with a step at one instant where the walks go in jumps, if they then do not.
+
+    Beside a walk a step is a single move, which no other time foretells, so that it never pays.
+    """
+    fits, instants = list(walks.fits), []
+    for number in walks.channels_of(WALK):
+        if _jerky_on(channels, walks, number):
+            fits[number] = channels[number].best(frozenset({WALK, "step"}))
+            instant = _instant(channels[number], fits[number])
+            if instant is None:
+                return []
+            instants.append(instant)
+    if not instants or np.ptp(instants) > BESIDE_STEP:
+        return []
+    both = priced(channels, tuple(fits))
+    return [] if _jerky(channels, both) else [replace(both, price=walks.price)]
+
+
+def _instant(channel: Channel, fit: Fit) -> int | None:
+    """The sample in which the step of a fit happens, if it has one."""
+    for pick, weights in channel.weighted(fit):
+        if pick[0] == "step":
+            return _jump(channel.columns(pick) @ weights)
+    return None
+
+
+def _jump(said: Floats) -> int:
+    """Where ``said`` (samples,) jumps most."""
+    return int(np.argmax(np.abs(np.diff(said))))
 
 
 def _calm(channels: Sequence[Channel], made: Model) -> Model:
