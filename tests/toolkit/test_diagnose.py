@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import subprocess
@@ -42,6 +43,7 @@ from softsense.errors import SoftsenseError
 from softsense.recording import FrontEnd, Recording
 from softsense.simulate.motion import random_motion
 
+GAP = Path(__file__).parents[1] / "benchmarks" / "gap"
 RATE_HZ = 20.0
 SAMPLES = 6000
 
@@ -1885,6 +1887,15 @@ def test_two_effects_are_both_named() -> None:
     both = hide(x, hide(x, codes, "drift"), "delay")
     result = diagnose(recorded(x, codes, 1), recorded(x, both, 2))
     assert set(result.effects) == {"drift", "delay"}
+
+
+def test_what_acts_upon_an_effect_may_say_little_side_by_side(monkeypatch) -> None:
+    """A converter's curve upon a material that relaxes: a training case of the benchmark."""
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("cases").make(
+        82034, ("adc_nonlinearity", "relaxation"), "rich", False
+    )
+    assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
 
 
 def test_where_fewer_effects_say_all_no_more_are_missed(monkeypatch) -> None:

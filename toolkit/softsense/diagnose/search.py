@@ -350,6 +350,7 @@ def search(
     best = by_price([fine[0], *(after for _, after in done)])[0]
     if told or _left(channels, best) > UNTOLD * _for_one_each(channels):
         done += _composed(channels, later, fine[0].price)
+    done += _upon_best(channels, by_price([*fine, *(after for _, after in done)]), names)
     done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
