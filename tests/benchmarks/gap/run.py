@@ -267,6 +267,10 @@ def main() -> int:
         if args.only == "foreign":
             unknown = sum(row["unknown"] for row in results["foreign"])
             print(f"unknown: {unknown} of {len(results['foreign'])}")
+        elif args.only in ("one", "two"):
+            said = [(set(row["said"]), set(row["hidden"])) for row in results[args.only]]
+            exact, some = sum(a == b for a, b in said), sum(bool(a & b) for a, b in said)
+            print(f"exact: {exact} of {len(said)}, at least one: {some}")
         clock = np.mean([row["on_the_clock"] for row in results[args.only]])
         print(f"{clock:.2f} s a case on the clock, {args.jobs} at once, {os.cpu_count()} cores")
         return 0
