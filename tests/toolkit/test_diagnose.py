@@ -121,6 +121,18 @@ def hide(x: np.ndarray, codes: np.ndarray, effect: str, seed: int = 0) -> np.nda
     return made
 
 
+def first_channel(x: np.ndarray, codes: np.ndarray, gap: np.ndarray, names: list[str]) -> Channel:
+    """The first of the channels ``codes``, with such a ``gap`` (samples,) and noise, and what could
+    say it."""
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    nominal = nominals(
+        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    )[0]
+    noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
+    curve, history = x[:, None] ** [1, 2], history_basis(x, 1 / RATE_HZ)
+    return Channel(nominal, gap + noise, 1.3, curve, names, 1.7, 0.0, 0.1, history)
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_noise_alone_is_no_gap(seed: int) -> None:
     x, codes = clean(seed)
@@ -1949,17 +1961,9 @@ def test_a_ladder_of_relaxations_must_leave_clearly_less(left: float, name: str)
 
 
 def test_a_gain_that_ages_is_a_model_of_a_material() -> None:
-    """So is what an equation leaves beside it, while a wrong scale is exact."""
+    """A wrong scale is exact."""
     x, codes = clean(2, 1500)
-    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
-    nominal = nominals(
-        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
-    )[0]
-    noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
-    curve, history = x[:, None] ** [1, 2], history_basis(x, 1 / RATE_HZ)
-    channel = Channel(
-        nominal, 0.05 * codes[:, 0] + noise, 1.3, curve, ["gain"], 1.7, 0.0, 0.1, history
-    )
+    channel = first_channel(x, codes, 0.05 * codes[:, 0], ["gain"])
     exact: dict[str, set[bool]] = {}
     for number, entry in enumerate(channel.entries["gain"]):
         fit = Fit((("gain", number),), np.zeros(1), np.zeros(0), None)
@@ -2168,15 +2172,8 @@ def test_recordings_that_do_not_belong_together_are_refused() -> None:
 
 def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None:
     x, codes = clean(2, 1500)
-    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
-    nominal = nominals(
-        codes, codes, motion, 12, reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
-    )[0]
-    noise = np.random.default_rng(1).normal(0.0, 1.3, len(x))
-    names, history = frozenset({"backlash", "delay"}), history_basis(x, 1 / RATE_HZ)
-    channel = Channel(
-        nominal, noise, 1.3, x[:, None] ** [1, 2], sorted(names), 1.7, 0.0, 0.1, history
-    )
+    names = frozenset({"backlash", "delay"})
+    channel = first_channel(x, codes, np.zeros(len(x)), sorted(names))
     assert not channel.composed(channel.within(names), names).picks
 
 

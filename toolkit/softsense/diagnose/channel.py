@@ -692,9 +692,14 @@ class Channel:
 
     def exact(self, fit: Fit) -> bool:
         """Whether every equation is what happens, and not a model of a material."""
-        exact = [pick for pick in fit.picks if all_effects()[pick[0]].exact]
-        made = [self.entries[name][number].candidate for name, number in exact]
-        return exact == list(fit.picks) and not any(c.pliable or c.nearly for c in made)
+
+        def equation(name: str, number: int) -> bool:
+            made = self.entries[name][number].candidate
+            return not (made.pliable or made.nearly)
+
+        return all(
+            all_effects()[name].exact and equation(name, number) for name, number in fit.picks
+        )
 
     @property
     def effect_price(self) -> float:

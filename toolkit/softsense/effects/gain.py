@@ -37,7 +37,7 @@ ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
 REST = 0
 ZEROS = (REST, 1, 2, 3)
 FROM = "from"
-# How it ages is a law of a material.
+# In every other form it ages, by a law of a material.
 CONSTANT = "constant"
 # How a gain goes over the kept samples, its parameters and its form.
 Course = tuple[Floats | float, Mapping[str, float], str]
