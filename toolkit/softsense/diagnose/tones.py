@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -33,6 +34,9 @@ MOTION_LINES = 10
 BEYOND_MOTION = 30.0
 # So much of a long recording says how large a tone is beside the noise.
 STRETCH = 32_768
+# So many signals without their tones are kept, if no longer than that: each is asked for again, to
+# see if there are spikes too and what effects leave.
+KEPT = 32
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5, 1.2)
@@ -82,6 +86,8 @@ SWITCH_PERIODS = 3.0
 SWITCH_PRICE = 12.0
 # So many samples about each such instant it is neither: it fades in and out.
 FADES = 12
+# Samples of a spectrum in whose middle lines do not show.
+PIECE = 256
 # The part of all samples that says how loud it is without the tone.
 LEAST_OFF = 0.1
 # Spikes are there while it is off, too: no less often than this part of what chance would have.
@@ -201,6 +207,20 @@ def without_tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
 
 def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     """``signal`` without the tone of ``frequency`` (Hz), and without its harmonics, which fold."""
+    if len(signal) > STRETCH:
+        return _apart(signal, frequency, dt_s)
+    return _kept(signal.tobytes(), frequency, dt_s)
+
+
+@lru_cache(maxsize=KEPT)
+def _kept(samples: bytes, frequency: float, dt_s: float) -> Floats:
+    rest = _apart(np.frombuffer(samples), frequency, dt_s)
+    rest.flags.writeable = False
+    return rest
+
+
+def _apart(signal: Floats, frequency: float, dt_s: float) -> Floats:
+    """The same, made now."""
     moving = _moving(signal, dt_s, 0.5 * frequency)
     courses: list[Floats | float] = [frequency]
     if moving is not None and np.abs(moving - frequency).min() < SAME_HZ:
@@ -403,5 +423,14 @@ def line_of(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) 
         rest = _toneless(some, hertz, dt_s)
         # Of one that is off for most of the time little is in its line.
         tone = max(tone, float(np.var(some) - np.var(rest)))
-    noise = float(noise_rms(rest[:, None])[0]) ** 2
-    return hertz if tone > least * noise else None
+    # A second tone may be fast, and is no noise.
+    noise = min(float(noise_rms(rest[:, None])[0]), between_lines(rest))
+    return hertz if tone > least * noise**2 else None
+
+
+def between_lines(signal: Floats) -> float:
+    """Noise of ``signal`` (samples,) from what most of its frequencies have: a tone that wanders
+    leaves some of itself beside its line."""
+    power = welch(signal, nperseg=min(PIECE, len(signal)))[1]
+    # Up to half the rate, in cycles per sample.
+    return float(np.sqrt(0.5 * np.median(power[1:-1])))

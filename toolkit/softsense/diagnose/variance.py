@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
-from scipy.signal import welch
 from scipy.stats import kurtosis
 
 from softsense.diagnose.cores import all_at_once
@@ -27,6 +26,7 @@ from softsense.diagnose.spikes import (
 )
 from softsense.diagnose.tones import (
     SAME_HZ,
+    between_lines,
     line_of,
     made_by_motion,
     only_while_on,
@@ -60,8 +60,6 @@ RATHER_UNEVEN = 1.5
 BURSTS = 1.5
 # The slowest of so many samples are still.
 STILL = 0.2
-# Samples of a spectrum in whose middle lines do not show.
-PIECE = 256
 # Within so many samples an edge of what was explained is no spike.
 SPIKE_EDGE = 7
 # Of the spikes in an effect's leftovers such a share must stand out: what is rough in places only
@@ -224,7 +222,7 @@ def _found(
         rest = without_spikes(rest)
     # How a tone fades leaves some of it.
     plain = rest[off]
-    level = _between_lines(plain) if line is not None else float(noise_rms(plain[:, None])[0])
+    level = between_lines(plain) if line is not None else float(noise_rms(plain[:, None])[0])
     # What an equation leaves that is only nearly right comes with moves, where it says them.
     moving = float(np.abs(np.diff(said)).max()) > MOVING * there
     unevenness = UNEVEN_BESIDE if moving else UNEVEN
@@ -314,7 +312,7 @@ def noise_beside(residual: Floats, found: Sequence[Finding]) -> Floats:
     ``found``: with a tone went what noise there is near its frequency."""
     level = noise_rms(residual)
     for c in {c for finding in found if finding.name == "interference" for c in finding.channels}:
-        level[c] = max(level[c], _between_lines(residual[:, c]))
+        level[c] = max(level[c], between_lines(residual[:, c]))
     return level
 
 
@@ -343,14 +341,6 @@ def _under_walk(signal: Floats) -> float:
     the other they go against each other by what noise makes of both."""
     moves = np.diff(signal)
     return float(np.sqrt(max(-float(np.mean(moves[1:] * moves[:-1])), 0.0)))
-
-
-def _between_lines(signal: Floats) -> float:
-    """Noise of ``signal`` (samples,) from what most of its frequencies have: a tone that wanders
-    leaves some of itself beside its line."""
-    power = welch(signal, nperseg=min(PIECE, len(signal)))[1]
-    # Up to half the rate, in cycles per sample.
-    return float(np.sqrt(0.5 * np.median(power[1:-1])))
 
 
 def _covariates(motion: Motion) -> list[Floats]:

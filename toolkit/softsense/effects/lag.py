@@ -16,7 +16,7 @@ SECOND = (0.12, 0.25, 0.5)
 # How many times as slowly a capacitor discharges as it charges, where a diode is in the way.
 FALLS = (0.5, 0.7, 1.4, 2.0)
 # What comes through at once where the capacitor has a resistance of its own.
-THROUGH = (0.1, 0.2)
+THROUGH = (0.08, 0.1, 0.125, 0.16, 0.2, 0.25)
 # Poles of a line of resistors and capacitors, as the roots of how many times the first they are.
 LINE = (1, 3, 5, 7)
 # Exponents of a cable whose dielectric absorbs, and the time constants of its poles, of the middle
@@ -73,7 +73,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         *_traces(nominal, times_s * poles / (3 - poles), (3 - poles,)),
         *_lines(nominal, times_s),
         *_two_poles(nominal, times_s[1::2], SECOND),
-        *_leaking(alone, THROUGH),
+        *_leaking(_traces(nominal, times_s[1::2]), THROUGH),
         *_uneven(nominal, times_s[1::2], FALLS),
         *_own(nominal, times_s[1::2], SLOWER),
     ]
