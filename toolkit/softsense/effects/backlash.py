@@ -36,6 +36,8 @@ ZEROED = (-1.0, -0.3, 0.3, 1.0)
 CLOSING_S = (0.04, 0.08, 0.15)
 # How long a carriage rolls on.
 ROLLS_S = (0.1, 0.3, 1.5, 10.0)
+# How long a spring takes to bring the drive back to the middle of its play.
+CENTRED_S = (8.0, 22.0, 60.0)
 # How gradually elastic ones take hold, as shares of the width.
 SOFTNESSES = (0.1, 0.18, 0.3)
 # How suddenly a drive that gives way takes hold: 0 is play, 1 is Dahl's friction in its middle.
@@ -272,6 +274,24 @@ def _closing(strain: Floats, width: float, share: float) -> Floats:
     return output
 
 
+def _centred(nominal: Nominal, width: float, centred_s: float) -> Floats:
+    """Play in which a spring slowly brings the drive back to the middle."""
+    moved: Floats = _returning(nominal.strain, width, -float(np.expm1(-nominal.dt_s / centred_s)))
+    return moved
+
+
+@compiled
+def _returning(strain: Floats, width: float, share: float) -> Floats:
+    """(samples,) play of which such a ``share`` is taken up in each sample."""
+    output = np.empty_like(strain)
+    y = strain[0]
+    for k in range(len(strain)):
+        y = min(max(y, strain[k] - 0.5 * width), strain[k] + 0.5 * width)
+        y += share * (strain[k] - y)
+        output[k] = y
+    return output
+
+
 def _coasting(nominal: Nominal, width: float, rolls_s: float) -> Floats:
     """Play in which a carriage rolls on, until it meets the other face."""
     kept = float(np.exp(-nominal.dt_s / PARTS / rolls_s))
@@ -340,6 +360,7 @@ _FORMS: dict[
     "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
     "power": ("compliant", _compliant, POWERS, np.geomspace(0.9, 1.8, 4)),
     "moving": ("stuck", _stuck, MOVING, np.geomspace(0.9, 1.6, 4)),
+    "centred_s": ("centred", _centred, CENTRED_S, np.geomspace(0.95, 1.2, 4)),
     "rolls_s": ("coasting", _coasting, ROLLS_S, np.geomspace(0.75, 1.25, 5)),
     "closing_s": ("damped", _damped, CLOSING_S, np.geomspace(0.3, 1.1, 6)),
 }
@@ -350,6 +371,7 @@ STEPS = {
     "width": 1e-4,
     "closing_s": 0.001,
     "rolls_s": 0.02,
+    "centred_s": 0.2,
     "softness": 0.001,
     **dict.fromkeys(ANY_SIGN, 0.005),
 }
