@@ -297,6 +297,21 @@ def test_steps_that_bend_the_curve_or_come_in_two_blows_are_still_steps() -> Non
         assert result.data["unexplained"]["share"] < 0.01, form
 
 
+@pytest.mark.parametrize(("course", "left"), [("comes back", 1e-3), ("gives way", 2e-4)])
+def test_what_goes_on_after_a_step_is_the_steps(course: str, left: float) -> None:
+    """It comes back with the logarithm of time, or gives way a little more."""
+    x, codes = clean(10)
+    since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 120.0, 0.0)
+    logarithm = np.log1p(since / 2.0)
+    after = 1.0 - (0.12 * logarithm if course == "comes back" else 0.4 * np.exp(-since / 15.0))
+    hurt = codes.copy()
+    hurt[:, 1:3] += 40.0 * ((since > 0.0) * after)[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("step",)
+    assert result.data["where"]["onset_s"] == pytest.approx(120.0, abs=0.1)
+    assert result.data["unexplained"]["share"] < left
+
+
 def test_one_circuit_follows_the_other() -> None:
     """In which order is found out, and each parameter keeps its interval."""
     x, codes = clean(15)
@@ -437,6 +452,16 @@ def test_overshoot_may_be_over_at_once() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
     assert result.effects == ("overshoot",)
     assert np.std(change_of(result, 12) - more) < 0.1
+
+
+def test_overshoot_may_begin_at_some_strain_rate() -> None:
+    x, codes = clean(11)
+    beyond = np.maximum(np.abs(np.gradient(x)) * RATE_HZ - 0.15, 0.0)
+    hurt = codes.copy()
+    hurt[:, 0] += 600.0 * filtered(beyond[:, None], 0.6)[:, 0]
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("overshoot",)
+    assert result.data["unexplained"]["share"] < 5e-3
 
 
 def test_a_gain_under_a_motion_that_never_rests_is_no_overshoot() -> None:
@@ -1041,6 +1066,32 @@ def test_a_carriage_that_rolls_on_in_its_play_is_backlash() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+def test_play_that_a_spring_takes_up_is_backlash() -> None:
+    x, codes = clean(62)
+    taken, at = np.empty(len(x)), x[0]
+    for k, strain in enumerate(x):
+        at = min(max(at, strain - 0.05), strain + 0.05)
+        at += (strain - at) / (20.0 * RATE_HZ)
+        taken[k] = at
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(taken), 2))
+    assert result.effects == ("backlash",)
+    assert {trace.form for trace in result.traces} == {"centred"}
+    assert result.data["unexplained"]["share"] < 1e-3
+
+
+@pytest.mark.parametrize("rail", ["deep", "sinks"])
+def test_a_rail_may_be_deep_or_sink(rail: str) -> None:
+    x, codes = clean(14)
+    low, span = codes.min(axis=0), np.ptp(codes, axis=0)
+    passed = np.linspace(0.0, 1.0, SAMPLES)[:, None]
+    top = low + span * (0.41 if rail == "deep" else 0.7 - 0.1 * passed)
+    hurt = codes.copy()
+    hurt[:, 1] = np.minimum(codes, top)[:, 1]
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("saturation",)
+    assert result.data["unexplained"]["share"] < 1e-3
+
+
 @pytest.mark.parametrize("rings", [False, True])
 def test_a_strain_that_no_play_or_delay_says_is_unknown(rings: bool) -> None:
     """A spindle that is not even, or a frame that rings when it is struck."""
@@ -1401,6 +1452,18 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
     assert found["interference"].value == pytest.approx(6.9, abs=0.01)
     rest = cleaned(left, list(found.values()), motion)
     assert rest[:, :2].std() == pytest.approx(1.0, rel=0.1)
+
+
+def test_a_fast_tone_beside_a_slow_one_is_no_noise() -> None:
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(2)
+    own, left = rng.normal(size=codes.shape), rng.normal(size=codes.shape)
+    turns = 2 * np.pi * 0.05 * np.arange(len(codes))
+    left[:, 1] += 40.0 * np.sin(3.1 * turns) + 24.0 * np.sin(8.412 * turns)
+    motion = motion_of(x, 0.05, 0.0, None)
+    found = evident(left, motion)
+    assert [(f.name, f.channels) for f in found] == [("interference", (1,))]
+    assert cleaned(left, found, motion)[:, 1].std() == pytest.approx(1.0, rel=0.1)
 
 
 def test_one_spike_that_is_large_enough_is_one() -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,8 @@ TAUS_S = (0.002, 0.02, 0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
 # At which strain rates half of what there is breaks.
 HALVES_PER_S = (0.03, 0.1, 0.3)
+# Strain rates below which nothing breaks.
+LEAST_PER_S = (0.02, 0.05, 0.1)
 # What breaks sooner than it forms again: in which share of that time, by which powers of the strain
 # rate, and how much of it on the way back.
 QUICK = 0.25
@@ -72,8 +74,10 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "breaks" in values:
         breaks = values["breaks"] * np.geomspace(0.6, 1.7, 5)
         return _structures(nominal, near, breaks.tolist())
+    if "least_per_s" in values:
+        return _beyond(nominal, near, values["least_per_s"] * np.geomspace(0.7, 1.4, 7))
     result = _quick(nominal, near[::2]) + _structures(nominal, REBUILDS_S, BREAKS)
-    result += _late(nominal, near[::2])
+    result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
     if "power" not in values:
         # Once more of one direction, it may be more of one end of the range.
         speed = np.abs(nominal.rate)
@@ -146,6 +150,17 @@ def _structures(
             y = broken[nominal.keep] * nominal.span
             values = {"tau_s": tau_s, "breaks": each}
             result.append(Candidate(np.stack([y, y * share], axis=1), values, "structure"))
+    return result
+
+
+def _beyond(
+    nominal: Nominal, taus_s: Sequence[float], least_per_s: Iterable[float]
+) -> list[Candidate]:
+    """What breaks only where the strain rate is beyond a least one."""
+    result = []
+    for least in least_per_s:
+        speed = np.maximum(np.abs(nominal.rate) - least, 0.0)
+        result += _traces(nominal, speed, {"least_per_s": float(least)}, taus_s, ())
     return result
 
 

@@ -17,8 +17,12 @@ SHARP = np.array([0.0, 0.004, 0.01, 0.02])
 AROUND = np.array([0.0005, 0.0015, 0.004, 0.01, 0.02])
 # An upper rail, and a lower one.
 ENDS = ("level", "bottom")
+# Where an upper rail may be, as shares of the signal's range, and a lower one from its other end.
+ENDS_AT = np.linspace(0.99, 0.36, 32)
 # How far inside the signal's range a second rail may be, as shares of it.
 INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
+# By how much of the signal's range an upper rail sinks over the recording.
+SAGS = np.array([0.02, 0.045, 0.1])
 # What of the signal comes through beyond a rail.
 THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2, 0.27, 0.35, 0.45)
 
@@ -36,8 +40,8 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """What is cut off above a level or below one, weight 1, hard or with a soft knee."""
-    levels = nominal.low + np.linspace(0.5, 0.99, 25) * nominal.span
-    bottoms = nominal.low + np.linspace(0.01, 0.5, 25) * nominal.span
+    levels = nominal.low + ENDS_AT[::-1] * nominal.span
+    bottoms = nominal.low + (1.0 - ENDS_AT) * nominal.span
     knees = KNEES * nominal.span
     return _traces(nominal, levels, knees) + _lower(nominal, bottoms, knees[:2])
 
@@ -51,6 +55,9 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if len(ends) == 2:
         return _between(nominal, ends["level"][::2], knee, ends["bottom"][::2])
     upper = "level" in ends
+    if "sags" in values:
+        sags = values["sags"] * nominal.full_scale * NEAR[1:-1]
+        return _sagging(nominal, ends["level"][::2], knee, sags)
     end, made = (ends["level"], _traces) if upper else (ends["bottom"], _lower)
     other = nominal.low + (INSIDE if upper else 1.0 - INSIDE) * nominal.span
     levels, bottoms = (end[1::3], other) if upper else (other, end[1::3])
@@ -59,6 +66,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         *([each.leaking(through) for each in there] if through else there),
         *(each.leaking(part) for each in made(nominal, end, knee) for part in THROUGH),
         *_between(nominal, levels, knee, bottoms),
+        *(_sagging(nominal, ends["level"][1::2], knee, nominal.span * SAGS) if upper else ()),
     ]
 
 
@@ -67,7 +75,7 @@ def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
     for level in levels.tolist():
         for knee in knees.tolist():
             values = {"level": level / nominal.full_scale, "knee": knee / nominal.full_scale}
-            result.append(Candidate(partial(_cut, nominal, level, knee, -1.0), values, fixed=True))
+            result.append(Candidate(partial(_cut, nominal.u, level, knee, -1.0), values, fixed=True))
     return result
 
 
@@ -76,15 +84,35 @@ def _lower(nominal: Nominal, bottoms: Floats, knees: Floats) -> list[Candidate]:
     for bottom in bottoms.tolist():
         for knee in knees.tolist():
             values = {"bottom": bottom / nominal.full_scale, "knee": knee / nominal.full_scale}
-            made = partial(_cut, nominal, bottom, knee, 1.0)
+            made = partial(_cut, nominal.u, bottom, knee, 1.0)
             result.append(Candidate(made, values, "lower_rail", fixed=True))
     return result
 
 
-def _cut(nominal: Nominal, end: float, knee: float, way: float) -> Floats:
-    """(samples, 1) what a rail takes off above it (``way`` -1) or adds below it (1); and more of it
-    the closer the signal comes within a ``knee``."""
-    over = way * (end - nominal.u)
+def _sagging(nominal: Nominal, levels: Floats, knees: Floats, sags: Floats) -> list[Candidate]:
+    """What is cut off above a level that sinks as a supply does, by so much from begin to end."""
+    result = []
+    for sag in sags.tolist():
+        for above in _traces(nominal, levels, knees):
+            level, knee = (above.values[key] * nominal.full_scale for key in ("level", "knee"))
+            values = {**above.values, "sags": sag / nominal.full_scale}
+            made = partial(_under, nominal, level, knee, sag)
+            result.append(Candidate(made, values, "sagging", fixed=True))
+    return result
+
+
+def _under(nominal: Nominal, level: float, knee: float, sag: float) -> Floats:
+    """(samples, 1) the same, the level being that in the middle of the recording."""
+    reference = nominal.reference
+    passed = (nominal.time_s - reference.start_s) / reference.duration_s
+    lifted = sag * (np.clip(passed, 0.0, 1.0) - 0.5)
+    return _cut(nominal.u + lifted, level, knee, -1.0)
+
+
+def _cut(u: Floats, end: float, knee: float, way: float) -> Floats:
+    """(samples, 1) what a rail takes off ``u`` above it (``way`` -1) or adds below it (1); and more
+    of it the closer the signal comes within a ``knee``."""
+    over = way * (end - u)
     cut = knee * np.logaddexp(0.0, over / knee) if knee else np.maximum(over, 0.0)
     return way * cut[:, None]
 

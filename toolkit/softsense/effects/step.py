@@ -16,6 +16,10 @@ NEAR, CLOSE = 20, 13
 # What changes earlier, as a share of the recording, is a miscalibration or a drift.
 EARLIEST, LATEST = 0.05, 0.98
 HEALING_S = np.array([10.0, 40.0, 160.0])
+# Times between those, looked at once the instant is known; and what heals with the logarithm of the
+# time, from so much of it on.
+HEALING_NEAR = np.array([0.65, 1.0, 1.5])
+LOGARITHM_S = 2.0
 # What heals behind a divider does so within this share of the recording.
 SOON = 0.15
 # How long a sensor that does not break at once takes to tear.
@@ -58,7 +62,13 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     near_s = values["onset_s"] + np.sort(steps)
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
-    made = _traces(nominal, near_s) + _healing(nominal, near_s[::2], HEALING_S)
+    heals_s, some_s = HEALING_S, near_s[::2]
+    if not _on_grid(nominal, values["onset_s"]):
+        some_s = near_s
+        if "tau_s" in values:
+            heals_s = values["tau_s"] * HEALING_NEAR
+    made = _traces(nominal, near_s) + _healing(nominal, some_s, heals_s)
+    made += _coming_back(nominal, some_s)
     # A contact in series that heals, on either side of a divider; slower it would be a drift.
     q = nominal.u / nominal.full_scale
     soon_s = HEALING_S[HEALING_S / nominal.reference.duration_s < SOON]
@@ -108,6 +118,20 @@ def _healed(nominal: Nominal, onset_s: float, tau_s: float, slope: Floats | floa
     since = nominal.time_s - onset_s
     after = (since >= 0.0) * nominal.span * slope
     return np.stack([after, after * np.exp(-np.maximum(since, 0.0) / tau_s)], axis=1)
+
+
+def _coming_back(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
+    return [
+        Candidate(partial(_back, nominal, onset_s), {"onset_s": float(onset_s)}, "coming_back")
+        for onset_s in onsets_s
+    ]
+
+
+def _back(nominal: Nominal, onset_s: float) -> Floats:
+    """(samples, 2) what is there from an instant on, and that times the logarithm of the time."""
+    since = nominal.time_s - onset_s
+    after = (since >= 0.0) * nominal.span
+    return np.stack([after, after * np.log1p(np.maximum(since, 0.0) / LOGARITHM_S)], axis=1)
 
 
 def _tearing(nominal: Nominal, middles_s: Floats) -> list[Candidate]:
