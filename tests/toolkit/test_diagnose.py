@@ -1456,8 +1456,7 @@ def test_tones_spikes_and_noise_are_found_beside_each_other() -> None:
 
 def test_a_fast_tone_beside_a_slow_one_is_no_noise() -> None:
     x, codes = clean(9, 8000)
-    rng = np.random.default_rng(2)
-    own, left = rng.normal(size=codes.shape), rng.normal(size=codes.shape)
+    left = np.random.default_rng(2).normal(size=codes.shape)
     turns = 2 * np.pi * 0.05 * np.arange(len(codes))
     left[:, 1] += 40.0 * np.sin(3.1 * turns) + 24.0 * np.sin(8.412 * turns)
     motion = motion_of(x, 0.05, 0.0, None)

@@ -123,8 +123,10 @@ SEARCHED = 16_000
 # Fewer of their samples are searched.
 LONG = 10
 SEARCHED_OF_LONG = 10_000
-# What an effect alone says of what no effect says, to be looked at more closely for itself.
-SAYS = 0.25
+# What an effect alone says of what no effect says, or of what the best one leaves, to be looked at
+# more closely for itself.
+SAYS = 0.12
+SAYS_OF_LONG = 0.25
 # The columns of a candidate that an entry has laid out.
 NOTHING: Floats = np.zeros((0, 0))
 
@@ -296,9 +298,9 @@ class Channel:
         fitted: Mapping[str, Sequence[Entry]],
     ) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else; where no effect can pay,
-        not at all, and where it takes long, only at effects that say something alone, or are
-        promising ``beside`` others. Of the motion only at what is known to have ``moved`` it; and
-        at what was ``fitted`` to all channels."""
+        not at all, and else only at effects that say something alone, or are promising ``beside``
+        others. Of the motion only at what is known to have ``moved`` it; and at what was ``fitted``
+        to all channels."""
         if self.excess < self.effect_price:
             return
         chosen = set(chosen)
@@ -319,14 +321,25 @@ class Channel:
             if alone < WORTH * self.excess:
                 narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
                 found[name] += self._elsewhere(self.nominal, name, entries if narrow else kept)
-            says = name in beside or alone < (1.0 - SAYS) * self.left(self.best(frozenset()))
-            if effect.zoom and (says or not self.long):
+            if effect.zoom and (name in beside or self._says(name)):
                 for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
                     found[name] += self._offered(self.nominal, name, dict(near))
         for name, more in fitted.items():
             found[name] += more
         self.gain = self._better_gain()
         self._take(found)
+
+    def _says(self, name: str) -> bool:
+        """Whether an effect says something alone, or of a short recording beside the best one."""
+        alone, nothing = self.best(frozenset({name})), self.best(frozenset())
+        if self.long:
+            return self.left(alone) < (1.0 - SAYS_OF_LONG) * self.left(nothing)
+        if self.left(alone) < (1.0 - SAYS) * self.left(nothing):
+            return True
+        others = [other for other in self.entries if all_effects()[other].stage != MOTION]
+        best = min([nothing, *(self.best(frozenset({other})) for other in others)], key=self.price)
+        both = self.best(frozenset(dict(best.picks)) | {name})
+        return self.left(both) < (1.0 - SAYS) * self.left(best)
 
     def composed(self, fit: Fit, names: frozenset[str]) -> Fit:
         """``fit``, or a cheaper one where every stage acts on what the stages before have done.

@@ -75,7 +75,8 @@ def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
     for level in levels.tolist():
         for knee in knees.tolist():
             values = {"level": level / nominal.full_scale, "knee": knee / nominal.full_scale}
-            result.append(Candidate(partial(_cut, nominal.u, level, knee, -1.0), values, fixed=True))
+            made = partial(_cut, nominal.u, level, knee, -1.0)
+            result.append(Candidate(made, values, fixed=True))
     return result
 
 
