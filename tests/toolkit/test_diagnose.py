@@ -868,6 +868,13 @@ def test_a_filter_whose_resistor_is_the_sensor_is_a_lag() -> None:
     assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("lag",)
 
 
+@pytest.mark.parametrize("tau_s", [1.4, 2.6])
+def test_a_slow_circuit_that_lets_some_through_is_no_relaxation(tau_s: float) -> None:
+    x, codes = clean(17)
+    made = 0.85 * filtered(codes, tau_s) + 0.15 * codes
+    assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("lag",)
+
+
 def test_a_lead_that_all_others_return_through_is_crosstalk() -> None:
     x, _ = clean(35)
     static = [np.expm1(b * x) / np.expm1(b) for b in (0.5, -1.5, 2.0, -0.5, 1.5, -2.0)]
