@@ -323,6 +323,14 @@ class Nominal:
         return times
 
     @property
+    def passed(self) -> Floats:
+        """(samples,) how much of the recording that was diagnosed has passed, 0 … 1."""
+        reference = self.reference
+        since_s = self.time_s - reference.start_s
+        result: Floats = np.clip(since_s / reference.duration_s, 0.0, 1.0)
+        return result
+
+    @property
     def rate(self) -> Floats:
         """(samples,) strain per second."""
         change: Floats = np.gradient(self.strain) / self.dt_s

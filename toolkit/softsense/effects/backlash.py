@@ -152,9 +152,7 @@ def _worn_much_around(nominal: Nominal, width: float, centre: float) -> Floats:
 
 def _worn_with_time(nominal: Nominal, width: float, worn: float) -> Floats:
     """Play that is so many times as wide at the end as at the beginning."""
-    reference = nominal.reference
-    passed = np.clip((nominal.time_s - reference.start_s) / reference.duration_s, 0.0, 1.0)
-    return _played(nominal, width, np.log(worn) * (passed - 0.5))
+    return _played(nominal, width, np.log(worn) * (nominal.passed - 0.5))
 
 
 def _behind_slack(nominal: Nominal, width: float, share: float) -> Floats:

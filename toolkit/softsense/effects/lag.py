@@ -73,7 +73,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         *_traces(nominal, times_s * poles / (3 - poles), (3 - poles,)),
         *_lines(nominal, times_s),
         *_two_poles(nominal, times_s[1::2], SECOND),
-        *_leaking(_traces(nominal, times_s[1::2]), THROUGH),
+        *_leaking([c for c in alone if c.values["tau_s"] in times_s[1::2]], THROUGH),
         *_uneven(nominal, times_s[1::2], FALLS),
         *_own(nominal, times_s[1::2], SLOWER),
     ]

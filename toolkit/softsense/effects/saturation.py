@@ -47,7 +47,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one level and one knee, also where a part comes through; or both rails."""
+    """The same around one level and one knee, also where a part comes through; or both rails, or
+    an upper one that sinks. Around one of those, closer."""
     around = np.concatenate([-AROUND[::-1], [0.0], AROUND]) * nominal.span
     knee = np.array([values["knee"] * nominal.full_scale])
     knees = knee * NEAR if knee else SHARP * nominal.span
@@ -103,11 +104,8 @@ def _sagging(nominal: Nominal, levels: Floats, knees: Floats, sags: Floats) -> l
 
 
 def _under(nominal: Nominal, level: float, knee: float, sag: float) -> Floats:
-    """(samples, 1) the same, the level being that in the middle of the recording."""
-    reference = nominal.reference
-    passed = (nominal.time_s - reference.start_s) / reference.duration_s
-    lifted = sag * (np.clip(passed, 0.0, 1.0) - 0.5)
-    return _cut(nominal.u + lifted, level, knee, -1.0)
+    """(samples, 1) what such a rail takes off that is at ``level`` in the middle of the time."""
+    return _cut(nominal.u + sag * (nominal.passed - 0.5), level, knee, -1.0)
 
 
 def _cut(u: Floats, end: float, knee: float, way: float) -> Floats:

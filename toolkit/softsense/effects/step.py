@@ -50,25 +50,23 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same at instants near one, a grid step to either side, or closer where it is on the grid
-    no more; and tears around them."""
+    no more; and tears around them, and what comes back with the logarithm of time."""
     reach = nominal.reference.duration_s / GRID
     # Where healing was looked for, the grid is twice as coarse.
     reach *= 1.0 if "tau_s" in values else 0.5
     # The middle is on the grid.
     steps = np.linspace(-reach, reach, NEAR)
+    every, heals_s = 2, HEALING_S
     if not _on_grid(nominal, values["onset_s"]):
-        # A large step says to the sample when it was.
+        # A large step says to the sample when it was, and then how it went on.
         steps = np.concatenate([steps[::3], np.linspace(-1.0, 1.0, CLOSE) * (steps[1] - steps[0])])
+        every = 1
+        heals_s = values["tau_s"] * HEALING_NEAR if "tau_s" in values else HEALING_S
     near_s = values["onset_s"] + np.sort(steps)
     earliest_s = nominal.reference.start_s + EARLIEST * nominal.reference.duration_s
     near_s = np.maximum(near_s, earliest_s)
-    heals_s, some_s = HEALING_S, near_s[::2]
-    if not _on_grid(nominal, values["onset_s"]):
-        some_s = near_s
-        if "tau_s" in values:
-            heals_s = values["tau_s"] * HEALING_NEAR
-    made = _traces(nominal, near_s) + _healing(nominal, some_s, heals_s)
-    made += _coming_back(nominal, some_s)
+    made = _traces(nominal, near_s) + _healing(nominal, near_s[::every], heals_s)
+    made += _coming_back(nominal, near_s[::every])
     # A contact in series that heals, on either side of a divider; slower it would be a drift.
     q = nominal.u / nominal.full_scale
     soon_s = HEALING_S[HEALING_S / nominal.reference.duration_s < SOON]
