@@ -14,6 +14,7 @@ from softsense.diagnose import moved
 from softsense.diagnose.channel import (
     LESS_LEFT,
     MOTION,
+    SERIAL,
     SHARE_OF_LEFT,
     WALK,
     Channel,
@@ -56,6 +57,10 @@ MOVES = 0.5
 POORLY = 0.05
 ONE_LEAVES = 0.01
 UPON = 3
+# So many models of a motion beside another effect are tried with the motion of the best one.
+EXCHANGED = 6
+# So many pairs that act on each other's signal are looked at closely, whatever they say alone.
+NEAR = 4
 # Of a long recording it is not looked at closely where it leaves so many times what others do; of
 # any, where it leaves more than ``MOVES`` of a gap that others say.
 HOPELESS = 4.0
@@ -323,7 +328,7 @@ def search(
         zoom(order[0])
         known = channels[order.pop(0)].moved_alone()
     all_at_once(zoom, order)
-    fine = _chosen_again(channels, _models(channels, names, PROMISING))
+    fine = _chosen_again(channels, _models(channels, names, PROMISING, _near(coarse)))
     enough = np.inf
     if channels[0].long:
         enough = HOPELESS * _left(channels, fine[0])
@@ -337,8 +342,11 @@ def search(
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
     kinds.append([m for m in fine if len(m.names) == 1 and WALK not in m.names][:REFINED])
     first = [made for kind in kinds for made in kind[:AT_FIRST]]
+    # What acts on each other's signal says little side by side.
+    first += [made for made in fine if _serial(made.names) and made not in first][:AT_FIRST]
     several = [made for made in first if _may_be_near(made, fine[0], WITHIN_AT_FIRST)]
     later = [m for kind in kinds for m in kind[AT_FIRST:] if _may_be_near(m, fine[0], WITHIN)]
+    later = [made for made in later if made not in several]
     both = moving() & set(names)
     if fine[0].names & both and both not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
@@ -352,9 +360,15 @@ def search(
         done += _composed(channels, later, fine[0].price)
     done += _upon_best(channels, by_price([*fine, *(after for _, after in done)]), names)
     done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
+    done += _moved_alike(channels, by_price([*fine, *(after for _, after in done)]))
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
+
+
+def _serial(names: Names) -> bool:
+    """Whether these are two effects of which one acts on what the other has done."""
+    return len(names) == 2 and all(all_effects()[name].stage in SERIAL for name in names)
 
 
 def _may_be_near(made: Model, best: Model, within: float) -> bool:
@@ -551,6 +565,23 @@ def _upon_motion(
     return result + ([(best[0], refined(channels, best[1]))] if best else [])
 
 
+def _moved_alike(channels: Sequence[Channel], models: Sequence[Model]) -> list[tuple[Model, Model]]:
+    """The most promising pairs with the same effect of the motion as the best model, moved as that
+    one is: beside another effect, the fit of a motion may have gone elsewhere."""
+    best = models[0]
+    motion = best.names & moving()
+    if channels[0].long or not motion or WALK in best.names:
+        return []
+    pairs = [made for made in models[1:] if len(made.names) == 2 and WALK not in made.names]
+    alike = [made for made in pairs if made.names & moving() == motion]
+    result = []
+    for made in _may_pay(channels, alike, best.price)[:EXCHANGED]:
+        each = list(zip(channels, made.fits, best.fits, strict=True))
+        fits = all_at_once(lambda one: one[0].with_motion(one[1], one[0].motion_of(one[2])), each)
+        result.append((made, leaner(channels, priced(channels, tuple(fits)))))
+    return result
+
+
 def _upon(channels: Sequence[Channel], before: Model, rest: Sequence[str]) -> list[Model]:
     """The motion of ``before`` with each of the most promising effects of ``rest`` upon it."""
     trials = all_at_once(
@@ -617,9 +648,21 @@ def _fitted(channels: Sequence[Channel], made: Model, stage: int) -> Model:
     return made
 
 
-def _models(channels: Sequence[Channel], known: Sequence[str], within: float) -> list[Model]:
-    """Models by price: of none, of one, of two that build on the best alone, which cost no more
-    than ``within`` times the cheapest, and of three that build on the best two."""
+def _near(models: Sequence[Model]) -> list[Names]:
+    """Pairs that may come to the best of ``models`` once each acts on what the other has done."""
+    pairs = [made for made in models if len(made.names) == 2 and WALK not in made.names]
+    near = [made.names for made in pairs if made.price < WITHIN * pairs[0].price]
+    return [names for names in near if _serial(names)][:NEAR]
+
+
+def _models(
+    channels: Sequence[Channel],
+    known: Sequence[str],
+    within: float,
+    near: Sequence[Names] = (),
+) -> list[Model]:
+    """Models by price: of none, of one, of two that are ``near`` or build on the best alone, which
+    cost no more than ``within`` times the cheapest, and of three that build on the best two."""
     names = sorted(known)
     none, *singles = _made(channels, [frozenset(), *(frozenset({name}) for name in names)])
     singles = by_price(singles)
@@ -629,7 +672,7 @@ def _models(channels: Sequence[Channel], known: Sequence[str], within: float) ->
     twos = [
         frozenset(two)
         for two in combinations(names, 2)
-        if any(one.names <= set(two) for one in first)
+        if any(one.names <= set(two) for one in first) or frozenset(two) in near
     ]
     pairs = _promising(channels, twos, [none, *singles])
     triples: list[Model] = []

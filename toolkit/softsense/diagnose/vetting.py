@@ -70,6 +70,8 @@ FAR_WORSE = 3.0
 OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
+# Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
+STEPS_INSTEAD = 1.5
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def vetted(
     named = [made for made in models if WALK not in made.names]
     walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
-        steady = _steady(channels, models[0])
+        steady = _steady(channels, _stepped(channels, models))
         models = by_price([weighed(channels, _calm(channels, steady)), *named])
     models = _by_sign(channels, models)
     if models[0].names == {WALK}:
@@ -326,6 +328,17 @@ def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
         return []
     both = priced(channels, tuple(fits))
     return [] if _jerky(channels, both) else [replace(both, price=walks.price)]
+
+
+def _stepped(channels: Sequence[Channel], models: Sequence[Model]) -> Model:
+    """The best of ``models``, or where a walk of it goes in jumps that a step says, what has that
+    step instead of another effect."""
+    if _jerky(channels, models[0]):
+        for made in models:
+            near = made.price < STEPS_INSTEAD * models[0].price
+            if near and made.names == {WALK, "step"} and not _jerky(channels, made):
+                return made
+    return models[0]
 
 
 def _instant(channel: Channel, fit: Fit) -> int | None:

@@ -12,6 +12,8 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 
 # Orders of a polynomial over the span of a signal.
 ORDERS = (4, 7)
+# What other effects move goes beyond the span: the polynomial is one of so many spans.
+SPANS = 1.4
 # Taps of a converter's string of resistors, over the span of a signal.
 RUNGS = 12
 # The same for what is off in every step of a coarse converter.
@@ -56,7 +58,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """A bow and an S over the converter's range, alone and together; a polynomial over what is met
     of it; uneven taps, steps, bits."""
     q = np.pi * nominal.u / nominal.full_scale
-    share = 2.0 * np.clip(nominal.share, 0.0, 1.0) - 1.0
+    share = np.clip((2.0 * nominal.share - 1.0) / SPANS, -1.0, 1.0)
     polynomial = np.asarray(chebvander(share, max(ORDERS)), dtype=np.float64) * nominal.span
     wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
     return [
@@ -65,7 +67,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
         Candidate(wave, {}, "wave", pliable=True),
         *(
-            Candidate(polynomial[:, 2 : order + 1], {}, "polynomial", pliable=True)
+            Candidate(polynomial[:, 1 : order + 1], {}, "polynomial", pliable=True)
             for order in ORDERS
         ),
         Candidate(
