@@ -227,6 +227,20 @@ def test_a_step_beside_walks_is_named_too() -> None:
     assert result.data["where"]["onset_s"] == pytest.approx(SAMPLES / 3 / RATE_HZ, abs=1.0)
 
 
+def test_a_walk_that_jumps_has_a_step_instead_of_another_effect(monkeypatch) -> None:
+    """Where that costs not much more, and it jumps no more then."""
+    gain, step = (Model(frozenset({vetting.WALK, name}), (), 100.0) for name in ("gain", "step"))
+    for jumps, price, said in (
+        ({"gain"}, 90.0, step),
+        ({"gain"}, 60.0, None),
+        ({"gain", "step"}, 90.0, None),
+        ({"step"}, 90.0, None),
+    ):
+        monkeypatch.setattr(vetting, "_jerky", lambda _, made, j=jumps: bool(made.names & j))
+        best = replace(gain, price=price)
+        assert vetting._stepped((), [best, step]) is (said or best)
+
+
 def test_a_drift_beside_another_channels_walk_is_named_too() -> None:
     x, codes = clean(45)
     made = codes.copy()
@@ -331,6 +345,16 @@ def test_one_circuit_follows_the_other() -> None:
         assert low <= 0.4 <= high
 
 
+@pytest.mark.parametrize(("seed", "tau_s", "share"), [(12, 0.15, 0.05), (16, 0.2, 0.15)])
+def test_a_lag_and_crosstalk_are_no_relaxation(seed: int, tau_s: float, share: float) -> None:
+    """Many time constants leave little of both, and two exact equations next to nothing."""
+    x, codes = clean(seed)
+    late = filtered(codes, tau_s)
+    made = late + share * (np.roll(late, 1, axis=1) - late)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"lag", "crosstalk"}
+
+
 def test_a_fast_circuit_is_not_the_materials_fastest_part() -> None:
     x, codes = clean(52)
     paced = codes + sum(0.05 * (filtered(codes, tau_s) - codes) for tau_s in (2.0, 8.0, 30.0))
@@ -357,6 +381,24 @@ def test_loud_noise_spreads_the_edges_of_a_converter() -> None:
             if made.form == "bits"
         ]
         assert min(left) < 0.001
+
+
+def test_a_converters_curve_goes_on_where_other_effects_take_the_signal() -> None:
+    x, codes = clean(70)
+    motion = motion_of(x, 0.05, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[1]
+    far = nominal.rest + 1.15 * (nominal.u - nominal.rest)
+    at = 2.0 * (far - far.min()) / np.ptp(far) - 1.0
+    off = np.polynomial.chebyshev.chebval(at, [0.0, 0.0, 0.0, 9.0, -8.0, 7.0, 6.0])
+    off -= off.mean()
+    left = [
+        np.var(off - columns @ np.linalg.lstsq(columns, off)[0]) / np.var(off)
+        for made in all_effects()["adc_nonlinearity"].explain(nominal.acting_on(far, None))
+        if made.form == "polynomial"
+        for columns in [made.columns - made.columns.mean(axis=0)]
+    ]
+    assert min(left) < 1e-6
 
 
 def test_a_curve_that_is_steep_where_it_is_rarely_met_is_the_converters_alone() -> None:
@@ -405,6 +447,16 @@ def test_a_neighbour_is_heard_through_a_capacitance() -> None:
         result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
         assert result.effects == ("crosstalk",)
         assert result.data["effects"][0]["channels"] == ["s2"]
+
+
+def test_channels_hear_each_other_in_a_chain_of_capacitances() -> None:
+    """Each hears what the one before has heard."""
+    x, codes = clean(11)
+    hurt = codes.copy()
+    for c in range(4):
+        hurt[:, c] += 0.45 * (hurt[:, c - 1] - filtered(hurt[:, [c - 1]], 1.0)[:, 0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("crosstalk",)
 
 
 @pytest.mark.parametrize(("source", "channel"), [(3, 1), (1, 3)])
@@ -1007,6 +1059,17 @@ def test_play_whose_zero_is_off_its_middle_is_backlash(zeroed: float) -> None:
     assert result.effects == ("backlash",)
     assert {trace.form for trace in result.traces} == {"off_centre"}
     assert all(abs(trace.values["zeroed"] - zeroed) < 0.1 for trace in result.traces)
+
+
+def test_worn_play_under_a_gain_is_played_as_it_is_under_what_says_it_best() -> None:
+    x, codes = clean(20)
+    played = [x[0]]
+    for now, width in zip(x[1:], 0.15 * 2.0 ** (x[1:] - 0.5), strict=True):
+        played.append(min(max(played[-1], now - width / 2), now + width / 2))
+    moved = sensed(np.array(played))
+    made = moved - 0.15 * (moved - moved[0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"backlash", "gain"}
 
 
 def test_a_long_recordings_motion_is_looked_at_closely_on_one_channel(monkeypatch) -> None:

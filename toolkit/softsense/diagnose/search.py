@@ -214,7 +214,12 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     more = EXACT_NAME_SHARE if exact else NAME_SHARE
     # What an equation that is only nearly right leaves is a share of the gap where it leaves it.
     there = sorted(_gap_of(channels, fits, name) for name in names)
-    shares = NAME_SHARE * gap + more * sum(there[:-1]) if names else 0.0
+    further = more * sum(there[:-1])
+    if exact and len(names) == 2:
+        # Exact equations that leave nearly nothing are right, whatever the gap.
+        left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
+        further = min(further, SHARE_OF_LEFT * max(left, 0.0))
+    shares = NAME_SHARE * gap + further if names else 0.0
     costs = [
         each
         * max(c.guard for c, fit in zip(channels, fits, strict=True) if name in dict(fit.picks))
