@@ -449,16 +449,6 @@ def test_a_neighbour_is_heard_through_a_capacitance() -> None:
         assert result.data["effects"][0]["channels"] == ["s2"]
 
 
-def test_channels_hear_each_other_in_a_chain_of_capacitances() -> None:
-    """Each hears what the one before has heard."""
-    x, codes = clean(11)
-    hurt = codes.copy()
-    for c in range(4):
-        hurt[:, c] += 0.45 * (hurt[:, c - 1] - filtered(hurt[:, [c - 1]], 1.0)[:, 0])
-    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
-    assert result.effects == ("crosstalk",)
-
-
 @pytest.mark.parametrize(("source", "channel"), [(3, 1), (1, 3)])
 def test_a_share_is_no_less_crosstalk_where_the_zero_was_set_with_it(
     source: int, channel: int

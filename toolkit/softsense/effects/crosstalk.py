@@ -12,7 +12,7 @@ from softsense.effects.operators import low_pass
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
-# The same of what comes late, or through a capacitance, and of that as it would without effects.
+# The same of what comes late, and of what comes through a capacitance as it would without effects.
 MOST_LATE = 0.5
 MOST_COUPLED = 1.0
 # And of the others together where they pull down a reference.
@@ -184,8 +184,8 @@ def _filtered(
         result.append(Candidate(made, values, "late", largest=MOST_LATE, positive=True))
     for tau_s in capacitors_s:
         values = {"source": float(other), "tau_s": tau_s}
-        # Of what others really read, only so much: a tone that all hear has another phase on each.
-        for signal, most in ((really, MOST_LATE), (would, MOST_COUPLED)):
+        # A tone that all hear has another phase on each: much of what others really read says it.
+        for signal, most in ((really, MOST), (would, MOST_COUPLED)):
             made = partial(fast, signal, tau_s)
             result.append(Candidate(made, values, "coupled", largest=most, positive=True))
     return result
