@@ -196,7 +196,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     price += THIRD_PRICE * channels[0].samples * max(len(names) - 2, 0)
     price += STRAIGHT_PRICE * channels[0].samples * len(_straight(channels, fits))
     if _on_the_same(fits, names):
-        left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
+        left = _left_by(channels, fits)
         share = min(SAME_CHANNELS_SHARE * gap, SHARE_OF_LEFT * max(left, 0.0))
         price += share * (len(names) - 1)
     if WALK in names:
@@ -217,8 +217,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     further = more * sum(there[:-1])
     if exact and len(names) == 2:
         # Exact equations that leave nearly nothing are right, whatever the gap.
-        left = sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
-        further = min(further, SHARE_OF_LEFT * max(left, 0.0))
+        further = min(further, SHARE_OF_LEFT * max(_left_by(channels, fits), 0.0))
     shares = NAME_SHARE * gap + further if names else 0.0
     costs = [
         each
@@ -350,8 +349,8 @@ def search(
     # What acts on each other's signal says little side by side.
     first += [made for made in fine if _serial(made.names) and made not in first][:AT_FIRST]
     several = [made for made in first if _may_be_near(made, fine[0], WITHIN_AT_FIRST)]
-    later = [m for kind in kinds for m in kind[AT_FIRST:] if _may_be_near(m, fine[0], WITHIN)]
-    later = [made for made in later if made not in several]
+    later = [m for kind in kinds for m in kind[AT_FIRST:] if m not in several]
+    later = [made for made in later if _may_be_near(made, fine[0], WITHIN)]
     both = moving() & set(names)
     if fine[0].names & both and both not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
@@ -476,7 +475,11 @@ def _for_one_each(channels: Sequence[Channel]) -> float:
 
 
 def _left(channels: Sequence[Channel], made: Model) -> float:
-    return sum(c.left(fit) for c, fit in zip(channels, made.fits, strict=True))
+    return _left_by(channels, made.fits)
+
+
+def _left_by(channels: Sequence[Channel], fits: Sequence[Fit]) -> float:
+    return sum(channel.left(fit) for channel, fit in zip(channels, fits, strict=True))
 
 
 def _may_pay(channels: Sequence[Channel], several: Sequence[Model], price: float) -> list[Model]:

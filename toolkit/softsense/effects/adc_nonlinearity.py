@@ -12,7 +12,8 @@ from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Param
 
 # Orders of a polynomial over the span of a signal.
 ORDERS = (4, 7)
-# What other effects move goes beyond the span: the polynomial is one of so many spans.
+# What other effects move goes beyond the span: the polynomial is one of so many spans. Its line
+# belongs to it, since over another span the same curve has another one.
 SPANS = 1.4
 # Taps of a converter's string of resistors, over the span of a signal.
 RUNGS = 12
