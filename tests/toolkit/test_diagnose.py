@@ -241,6 +241,27 @@ def test_a_walk_that_jumps_has_a_step_instead_of_another_effect(monkeypatch) -> 
         assert vetting._stepped((), [best, step]) is (said or best)
 
 
+@pytest.mark.parametrize(("seed", "slow"), [(13, "drift"), (12, "relaxation"), (13, "relaxation")])
+def test_two_effects_of_the_material_are_looked_at_again_together(seed: int, slow: str) -> None:
+    """A break that heals is found where it is beside what is slow, though neither acts on what the
+    other does."""
+    x, codes = clean(seed)
+    t = np.arange(SAMPLES) / RATE_HZ
+    since = np.maximum(t - 171.03, 0.0)
+    made = codes.copy()
+    if slow == "drift":
+        behind = 4.0 * codes[:, :2] / 4095 * (1.0 - codes[:, :2] / 4095)
+        made[:, :2] -= 25.0 * np.expm1(-((t / 150.0) ** 1.7))[:, None] * behind
+        size, heals_s, felt = 120.0, 23.0, behind[:, 1]
+    else:
+        late = 0.6 * filtered(codes, 3.0) + 0.4 * filtered(codes, 17.0)
+        made[:, 1] += 0.12 * (late - codes)[:, 1]
+        size, heals_s, felt = 90.0, 13.0, 1.0
+    made[:, 1] -= size * (t >= 171.03) * (0.6 + 0.4 * np.exp(-since / heals_s)) * felt
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"step", slow}
+
+
 def test_a_drift_beside_another_channels_walk_is_named_too() -> None:
     x, codes = clean(45)
     made = codes.copy()
@@ -1917,6 +1938,38 @@ def test_a_little_that_an_effect_leaves_is_no_noise_and_has_rivals(
     assert result is None or {"delay"} in [made.names for made in result.models]
 
 
+@pytest.mark.parametrize(("left", "noisy"), [(0.4, False), (0.6, True)])
+def test_what_an_effect_says_most_of_is_no_noise(monkeypatch, left: float, noisy: bool) -> None:
+    """A material that soon forgets may look like noise of some colour."""
+    creep, walk = (
+        Model(frozenset({name}), (), price)
+        for name, price in (("relaxation", 2.0), ("random_walk", 1.0))
+    )
+    monkeypatch.setattr(vetting, "model", lambda channels, names: Model(names, (), 9.0))
+    monkeypatch.setattr(vetting, "left_share", lambda channels, made: left)
+    monkeypatch.setattr(vetting, "_noisy", lambda channels, said: () if said.names else (0,))
+    assert (vetting._beside_noise((), [walk, creep]) is not None) is noisy
+
+
+@pytest.mark.parametrize(("off", "jumps"), [(0, False), (10, False), (100, True)])
+def test_what_a_rail_leaves_beside_it_is_no_jump_of_a_walk(off: int, jumps: bool) -> None:
+    rng = np.random.default_rng(5)
+    walk = np.cumsum(rng.normal(0.0, 0.3, SAMPLES)) + rng.normal(0.0, 1.0, SAMPLES)
+    held = np.arange(SAMPLES) % 500 > 460
+    walk[np.arange(SAMPLES) % 1500 == 461 - off] += 40.0
+    channel = SimpleNamespace(
+        residual=walk - 50.0 * held,
+        predicted=lambda fit: -50.0 * held,
+        columns=lambda pick: -held[:, None].astype(float),
+        weighted=lambda fit: [(("saturation", 0), np.array([50.0]))],
+        nominal=SimpleNamespace(rate=np.ones(SAMPLES)),
+        sigma=1.0,
+        gain=0.25,
+    )
+    made = Model(frozenset({"random_walk", "saturation"}), (None,), 1.0)
+    assert bool(vetting._jerky_on([channel], made, 0)) is jumps
+
+
 def fit_with(names: str, left: float) -> Fit:
     picks = tuple((name, 0) for name in names.split("+"))
     return Fit(picks, np.full(1, left), np.zeros(0), None)
@@ -1929,6 +1982,16 @@ def test_a_walk_beside_an_effect_says_what_no_others_do(left: float, walks: bool
     beside = Model(frozenset({"gain", "random_walk"}), (fit_with("gain+random_walk", 0.1),), 1.0)
     creep = Model(frozenset({"drift"}), (fit_with("drift", left),), 2.0)
     assert (_walk_last(channels, [beside, creep])[0] is beside) is walks
+
+
+@pytest.mark.parametrize(("left", "walks"), [(0.7, False), (0.9, True)])
+def test_a_walk_alone_leaves_less_than_effects_do(left: float, walks: bool) -> None:
+    """Or they say the gap, though they may cost more."""
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=60.0)]
+    walk = Model(frozenset({"random_walk"}), (fit_with("random_walk", 0.8),), 1.0)
+    late = Model(frozenset({"delay", "gain"}), (fit_with("delay+gain", left),), 2.0)
+    first = by_price(_walk_last(channels, [walk, late]))[0]
+    assert (first.names == walk.names) is walks
 
 
 @pytest.mark.parametrize(

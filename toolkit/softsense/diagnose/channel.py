@@ -1085,7 +1085,7 @@ def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
     in_series = len(stages) > 1 and not SERIAL.isdisjoint(stages.values())
     # What wanders moves along the curve of a converter.
     in_series |= len(stages) < len(picks) and any(all_effects()[name].bent for name, _ in circuits)
-    if not stages or (len(picks) > 1 and not several and not in_series):
+    if not stages or (len(stages) < len(picks) and not several and not in_series):
         return []
     at = {pick: STAGES.index(stage) for pick, stage in stages.items()}
     rest = sorted(set(picks) - set(circuits), key=lambda pick: (at.get(pick, 0), pick))

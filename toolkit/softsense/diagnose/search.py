@@ -431,12 +431,16 @@ def _chosen_again(channels: Sequence[Channel], models: list[Model]) -> list[Mode
 
 
 def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
-    """A walk follows whatever is slow: beside an effect only where all else leaves far more."""
+    """A walk follows whatever is slow: beside an effect only where all else leaves far more, and
+    alone where it leaves more."""
     without = next(made for made in models if WALK not in made.names)
     beside = WALK in models[0].names and len(models[0].names) > 1
     least = WALK_SAYS * sum(channels[c].excess for c in models[0].channels_of(WALK))
-    if beside and _left(channels, without) < max(WALK_LEAVES * _left(channels, models[0]), least):
-        return [made for made in models if WALK not in made.names or len(made.names) == 1]
+    left = _left(channels, without)
+    if beside and left < max(WALK_LEAVES * _left(channels, models[0]), least):
+        models = [made for made in models if WALK not in made.names or len(made.names) == 1]
+    if models[0].names == {WALK} and left < _left(channels, models[0]):
+        return [replace(without, price=models[0].price), *models]
     return models
 
 

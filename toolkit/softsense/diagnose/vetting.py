@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
 
 from softsense.diagnose import wandering
 from softsense.diagnose.channel import WALK, WALK_PRICE, Channel
@@ -28,7 +29,7 @@ from softsense.diagnose.search import (
     refined,
     weighed,
 )
-from softsense.diagnose.walk import innovations, levels, without_slow
+from softsense.diagnose.walk import CALM, innovations, levels, without_slow
 from softsense.effects import all_effects
 from softsense.effects.overshoot import SIGNED
 
@@ -66,6 +67,8 @@ MOVED_LEAVES = 0.1
 # And is not looked for again where it leaves no more than this.
 MOVED_RIGHT = 0.002
 FAR_WORSE = 3.0
+# What no effect tells more of than all but this share may be noise.
+OF_NOISE = 0.5
 # Noise of two channels goes together by less than this.
 OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
@@ -165,7 +168,8 @@ def _beside_noise(channels: Sequence[Channel], models: Sequence[Model]) -> Vette
     best, named = models[0].names, [made for made in models if WALK not in made.names]
     if best and WALK not in best:
         return None
-    for said in (model(channels, frozenset()), named[0]):
+    told = left_share(channels, named[0]) < OF_NOISE
+    for said in (named[0],) if told else (model(channels, frozenset()), named[0]):
         if best <= said.names | {WALK} and (noisy := _noisy(channels, said)):
             return Vetted([said, *named], False, False, noisy)
     return None
@@ -288,7 +292,8 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
     """The same of one channel.
 
     Jumps that something else may make do not count: what is nearly right of an effect of the motion
-    leaves some while the strain moves, a step some about its instant, and a rail where it holds.
+    leaves some while the strain moves, a step some about its instant, and a rail where it holds and
+    within a move of there.
     """
     channel, fit = channels[number], best.fits[number]
     said = {
@@ -307,7 +312,8 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
         jump = _jump(said["step"])
         where[max(jump - BESIDE_STEP, 0) : jump + BESIDE_STEP] = False
     if "saturation" in said:
-        where &= np.abs(said["saturation"]) < channel.sigma
+        railed = np.abs(said["saturation"]) >= channel.sigma
+        where &= ~binary_dilation(railed, iterations=CALM)
     return wandering.jerky(walk, channel.gain, where, not moved)
 
 
