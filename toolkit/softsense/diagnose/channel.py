@@ -349,7 +349,8 @@ class Channel:
         that leaves enough to pay for an effect more, all of ``names`` are tried: two that act on
         each other can say little side by side.
         """
-        if len(names) == 1 and fit.static is None and self.left(fit) < self.effect_price:
+        told = fit.static is None and self.left(fit) < self.effect_price
+        if told and not on_each_other(fit.picks):
             return fit
         begun = [fit]
         if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
@@ -1076,17 +1077,23 @@ def acts_on_change(name: str, before: str) -> bool:
     return stage not in (before, "") or stage in SERIAL
 
 
+def on_each_other(picks: Sequence[Pick]) -> bool:
+    """Whether effects act on what others of them do, or on what wanders."""
+    names = [name for name, _ in picks if name != WALK]
+    stages = {all_effects()[name].stage for name in names}
+    if len(names) < len(picks) and any(all_effects()[name].bent for name in names):
+        # What wanders moves along the curve of a converter.
+        return True
+    return len(stages) > 1 or (len(names) > 1 and not SERIAL.isdisjoint(stages))
+
+
 def _orders(picks: Sequence[Pick]) -> list[tuple[Pick, ...]]:
-    """In which the effects may act on each other, or a single one is looked at once more; none
-    where they do not."""
+    """In which the effects may act on each other, or are looked at once more; none beside a walk
+    that none of them acts on."""
     stages = {pick: all_effects()[pick[0]].stage for pick in picks if pick[0] != WALK}
-    circuits = [pick for pick, stage in stages.items() if stage == ELECTRICAL]
-    several = len(set(stages.values())) > 1
-    in_series = len(stages) > 1 and not SERIAL.isdisjoint(stages.values())
-    # What wanders moves along the curve of a converter.
-    in_series |= len(stages) < len(picks) and any(all_effects()[name].bent for name, _ in circuits)
-    if not stages or (len(stages) < len(picks) and not several and not in_series):
+    if not stages or (len(stages) < len(picks) and not on_each_other(picks)):
         return []
+    circuits = [pick for pick, stage in stages.items() if stage == ELECTRICAL]
     at = {pick: STAGES.index(stage) for pick, stage in stages.items()}
     rest = sorted(set(picks) - set(circuits), key=lambda pick: (at.get(pick, 0), pick))
     return [

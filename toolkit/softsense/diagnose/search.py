@@ -19,6 +19,7 @@ from softsense.diagnose.channel import (
     WALK,
     Channel,
     beside_walk,
+    on_each_other,
 )
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key
@@ -547,8 +548,9 @@ def _upon_best(
     for fits in sorted(map(beside, rest), key=cost)[:UPON]:
         made = list(best.fits)
         for c, fit in fits.items():
-            then = channels[c].composed(fit, frozenset(dict(fit.picks)))
-            made[c] = min(made[c], then, key=channels[c].price)
+            if on_each_other(fit.picks):
+                fit = channels[c].composed(fit, frozenset(dict(fit.picks)))
+            made[c] = min(made[c], fit, key=channels[c].price)
         result.append((best, leaner(channels, priced(channels, tuple(made)))))
     return result
 
@@ -673,11 +675,14 @@ def _models(
     within: float,
     near: Sequence[Names] = (),
 ) -> list[Model]:
-    """Models by price: of none, of one, of two that are ``near`` or build on the best alone, which
-    cost no more than ``within`` times the cheapest, and of three that build on the best two."""
+    """Models by price: of none, of one, and where more may pay, of two that are ``near`` or build
+    on the best alone, which cost no more than ``within`` times the cheapest, and of three that
+    build on the best two."""
     names = sorted(known)
     none, *singles = _made(channels, [frozenset(), *(frozenset({name}) for name in names)])
     singles = by_price(singles)
+    if singles[0].price < _least(channels, 2):
+        return by_price([none, *singles])
     # A walk may cost next to nothing beside what no effect says.
     most = within * min((m.price for m in singles if WALK not in m.names), default=0.0)
     first = [m for m in singles[:BEAM] if WALK in m.names or m.price <= most]
