@@ -345,9 +345,10 @@ class Channel:
         """``fit``, or a cheaper one where every stage acts on what the stages before have done.
 
         Motion comes before material, and material before the electrical side, whose effects come
-        one after the other in either order; what moves the strain stays as it is in ``fit``. Where
-        that leaves enough to pay for an effect more, all of ``names`` are tried: two that act on
-        each other can say little side by side.
+        one after the other in either order; what moves the strain stays as it is in ``fit``. What
+        does not act on each other is looked at once more, side by side in all its places. Where
+        ``fit`` leaves enough to pay for an effect more, all of ``names`` are tried: two that act
+        on each other can say little side by side.
         """
         told = fit.static is None and self.left(fit) < self.effect_price
         if told and not on_each_other(fit.picks):
