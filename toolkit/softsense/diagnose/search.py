@@ -548,6 +548,7 @@ def _upon_best(
     for fits in sorted(map(beside, rest), key=cost)[:UPON]:
         made = list(best.fits)
         for c, fit in fits.items():
+            # Others have been fitted side by side with all there is.
             if on_each_other(fit.picks):
                 fit = channels[c].composed(fit, frozenset(dict(fit.picks)))
             made[c] = min(made[c], fit, key=channels[c].price)

@@ -67,7 +67,7 @@ MOVED_LEAVES = 0.1
 # And is not looked for again where it leaves no more than this.
 MOVED_RIGHT = 0.002
 FAR_WORSE = 3.0
-# What no effect tells more of than all but this share may be noise.
+# A gap of which an effect leaves less than this share is no noise.
 OF_NOISE = 0.5
 # Noise of two channels goes together by less than this.
 OWN_NOISE = 0.2
