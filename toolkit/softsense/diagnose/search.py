@@ -53,8 +53,10 @@ STAGES = 3
 LEAST_FREE = 1.5
 MOST_FREE = 0.3
 # A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
-# others are tried upon it, where the best model has it too or leaves more than ``POORLY``.
+# others are tried upon it, where the best model has it too or leaves more than ``POORLY``, or it
+# leaves less than ``MOST`` alone.
 MOVES = 0.5
+MOST = 0.12
 POORLY = 0.05
 ONE_LEAVES = 0.01
 UPON = 3
@@ -562,18 +564,20 @@ def _upon_motion(
     """What moves the strain alone, with another effect upon it.
 
     Side by side with a motion that moves much, little of what acts upon it is seen; but not where
-    no motion is needed to say what there is.
+    no motion is needed to say what there is, though a walk may follow that.
     """
     may_pay = _least(channels, 2) < models[0].price
-    if channels[0].long or not may_pay or _without_motion(channels, models[0]):
+    named = next(made for made in models if WALK not in made.names)
+    if channels[0].long or not may_pay or _without_motion(channels, named):
         return []
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
     gap = sum(channel.excess for channel in channels)
-    poorly = _left(channels, models[0]) > POORLY * gap
+    poorly = _left(channels, named) > POORLY * gap
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
-    alone = [m for m in alone if channels[0].effect_price < _left(channels, m) < MOVES * gap]
-    alone = [m for m in alone if poorly or m.names <= models[0].names]
+    left = {m.names: _left(channels, m) for m in alone}
+    alone = [m for m in alone if channels[0].effect_price < left[m.names] < MOVES * gap]
+    alone = [m for m in alone if poorly or m.names <= named.names or left[m.names] < MOST * gap]
     for before in [*alone, *_known_by_one(channels)]:
         result += [(before, made) for made in _upon(channels, before, rest)]
     best = min(result, key=lambda both: both[1].price, default=None)

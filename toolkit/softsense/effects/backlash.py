@@ -44,6 +44,11 @@ SOFTNESSES = (0.1, 0.18, 0.3)
 POWERS = (0.3, 0.7, 1.5)
 # What is left of the play once a drive that stuck is moving.
 MOVING = (0.35, 0.6, 0.85)
+# Where a drive is none of these: the logarithm of how many times as wide it is at even places of
+# the range, straight in between, and which part of a move goes through plays so many times as wide.
+PLACES = tuple(f"place{k}" for k in range(25))
+OTHERS = (0.06, 0.15, 0.3, 0.5, 0.75, 1.4, 2.0, 3.0)
+PARTLY = tuple(f"part{k}" for k in range(len(OTHERS)))
 # Of a move from one sample to the next.
 PARTS = 4
 # How many times its softness from a face a move is not passed on.
@@ -83,8 +88,15 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 
 def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """Just this play; of any form its zero may be off the middle."""
+    """Just this play; of any form its zero may be off the middle, and it may be uneven and part of
+    it another."""
     width = float(np.clip(values["width"], LEAST, WIDEST))
+    if PLACES[0] in values:
+        base = {key: value for key, value in values.items() if key not in FREELY}
+        played = at(nominal, base)[0].moved
+        assert played is not None
+        moved = partial(_freely, nominal, played, width, dict(values))
+        return [_trace(nominal, moved, {**values, "width": width}, "free", pliable=True)]
     for key in sorted((_FORMS.keys() - {ZEROED_BY}) & values.keys()):
         other = values[key] if key in ANY_SIGN else max(values[key], LEAST)
         if ZEROED_BY not in values:
@@ -153,6 +165,24 @@ def _worn_much_around(nominal: Nominal, width: float, centre: float) -> Floats:
 def _worn_with_time(nominal: Nominal, width: float, worn: float) -> Floats:
     """Play that is so many times as wide at the end as at the beginning."""
     return _played(nominal, width, np.log(worn) * (nominal.passed - 0.5))
+
+
+def _freely(
+    nominal: Nominal,
+    played: Callable[[], Floats],
+    width: float,
+    values: Mapping[str, float],
+) -> Floats:
+    """(samples,) the strain that is ``played`` where the play is of another width in each place, as
+    of a gear whose teeth are not alike, and where others share the move (Iwan 1966)."""
+    at, knots = np.linspace(0.0, 1.0, len(PLACES)), np.array([values[key] for key in PLACES])
+    uneven = np.interp(nominal.strain, at, knots)
+    even = _played(nominal, width)
+    moved: Floats = played() + _played(nominal, width, uneven) - even
+    for key, share in zip(PARTLY, OTHERS, strict=True):
+        if values[key]:
+            moved += values[key] * (_played(nominal, share * width, uneven) - even)
+    return moved
 
 
 def _behind_slack(nominal: Nominal, width: float, share: float) -> Floats:
@@ -328,11 +358,15 @@ def _played(nominal: Nominal, width: float, courses: Floats | float = 0.0) -> Fl
 
 
 def _trace(
-    nominal: Nominal, moved: Callable[[], Floats], values: Mapping[str, float], form: str
+    nominal: Nominal,
+    moved: Callable[[], Floats],
+    values: Mapping[str, float],
+    form: str,
+    pliable: bool = False,
 ) -> Candidate:
     """What the channel says of the strain that is ``moved`` less what it says of the strain."""
     made = partial(_change, nominal, moved)
-    return Candidate(made, values, form, fixed=True, moved=moved, by_strain=True)
+    return Candidate(made, values, form, fixed=True, pliable=pliable, moved=moved, by_strain=True)
 
 
 def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
@@ -341,6 +375,7 @@ def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
 
 
 ZEROED_BY = "zeroed"
+FREELY = (*PLACES, *PARTLY)
 ANY_SIGN = ("around", "much_around", ZEROED_BY)
 # Play of more than a width, by its second parameter: what it is called, how it moves, some values,
 # and widths as shares of the play that is nearest. What a spring or a soft face passes on makes
@@ -371,7 +406,7 @@ STEPS = {
     "rolls_s": 0.02,
     "centred_s": 0.2,
     "softness": 0.001,
-    **dict.fromkeys(ANY_SIGN, 0.005),
+    **dict.fromkeys((*ANY_SIGN, *FREELY), 0.005),
 }
 STEPS |= dict.fromkeys(_FORMS.keys() - STEPS.keys(), 0.005)
 LEAST = 1e-3
@@ -391,7 +426,7 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
-    fine=Fine(at, STEPS, ((ZEROED_BY,),)),
+    fine=Fine(at, STEPS, ((ZEROED_BY,), FREELY)),
     forms=("play", "dead_zone"),
     exact=True,
 )
