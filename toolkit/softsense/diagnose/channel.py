@@ -419,8 +419,15 @@ class Channel:
             picks.append((name, number))
         if tuple(picks) == fit.picks:
             return fit
-        made = self._upon_each_other_from([replace(fit, picks=tuple(picks))])
+        made = self._upon_each_other_from([replace(fit, picks=tuple(picks))], near=False)
         return min(made, key=self.price, default=fit)
+
+    def once_more(self, fit: Fit) -> Fit:
+        """``fit``, or a cheaper one with candidates near those that it has, all acting on each
+        other."""
+        if len(fit.picks) < 2:
+            return fit
+        return min([fit, *self._upon_each_other_from([fit])], key=self.price)
 
     def without(self, fit: Fit, name: str) -> Fit:
         """The cheapest fit of ``fit`` without the effect ``name``, under the same motion."""
@@ -477,14 +484,14 @@ class Channel:
             pick for pick in fit.picks if pick[0] != WALK and all_effects()[pick[0]].stage == MOTION
         )
 
-    def _upon_each_other_from(self, begun: Sequence[Fit]) -> list[Fit]:
-        """What some rounds come to from ``begun``."""
+    def _upon_each_other_from(self, begun: Sequence[Fit], near: bool = True) -> list[Fit]:
+        """What some rounds come to from ``begun``, with candidates that are ``near``."""
         made = []
         for begin in begun:
             for ordered in _orders(begin.picks):
                 now, picks, before = begin, ordered, np.inf
                 for _ in range(ROUNDS):
-                    then, now = now, self._composed(picks, now)
+                    then, now = now, self._composed(picks, now, near)
                     picks = now.picks
                     settled = self._settled(then, now)
                     if settled:
@@ -520,9 +527,9 @@ class Channel:
             chosen.append((name, number))
         return tuple(chosen)
 
-    def _composed(self, ordered: Sequence[Pick], fit: Fit) -> Fit:
+    def _composed(self, ordered: Sequence[Pick], fit: Fit, near: bool = True) -> Fit:
         """The fit of one more round; its candidates are among the entries from now on."""
-        trial = self._upon_each_other(ordered, fit)
+        trial = self._upon_each_other(ordered, fit, near)
         picks = {name: 0 for name, _ in ordered}
         static = 0 if fit.static is None else len(fit.static)
         several = [name for name in picks if len(trial.entries.get(name, ())) > 1]
@@ -540,9 +547,9 @@ class Channel:
             several = beyond
         return replace(best, picks=self._own(trial, best.picks))
 
-    def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit) -> Channel:
+    def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit, near: bool = True) -> Channel:
         """The channel with the candidates of ``fit`` upon what earlier stages do, each followed by
-        those near it."""
+        those ``near`` it."""
         said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
         change, moved = np.zeros(len(self.nominal.u)), None
         wanders, read = (WALK, 0) in ordered, False
@@ -557,7 +564,7 @@ class Channel:
                 read = wanders and all_effects()[name].bent
                 done = self.residual if read else change
                 nominal = self.nominal.acting_on(self.nominal.u + done, moved)
-            if all_effects()[name].stage == MOTION:
+            if all_effects()[name].stage == MOTION or not near:
                 again = self._again(nominal, name, self.entries[name][number])
                 made[name] = [altered(again, nominal=nominal)]
             elif read or change.any():

@@ -637,12 +637,17 @@ def _known_by_one(channels: Sequence[Channel]) -> list[Model]:
 
 def refined(channels: Sequence[Channel], made: Model) -> Model:
     """``made``, or a cheaper one where what moves the strain is fitted to all channels at once."""
+    begun = made
     for stage in range(STAGES - 1):
         made = _fitted(channels, made, stage)
     gap = sum(channel.excess for channel in channels)
     free = LEAST_FREE * channels[0].samples < _left(channels, made) < MOST_FREE * gap
     if free and not channels[0].long:
         made = _fitted(channels, made, STAGES - 1)
+    if made is not begun and len(made.names) > 1:
+        each = list(zip(channels, made.fits, strict=True))
+        fits = all_at_once(lambda one: one[0].once_more(one[1]), each)
+        made = by_price([made, priced(channels, tuple(fits))])[0]
     return leaner(channels, made)
 
 
