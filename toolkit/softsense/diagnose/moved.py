@@ -201,28 +201,32 @@ def _fitted(
 
     theta = np.array([begun[name][key] for name, key in keys])
     now, damping = left(theta), 1e-3
+    slopes = np.empty((len(theta), now.size))
+    weights, moved = np.ones_like(sigmas), True
     for _ in range(STEPS):
-        # Each channel is off by a variance of its own: those that are said well know it best.
-        weights = 1.0 / np.maximum((now**2).mean(axis=1, keepdims=True), 1.0)
-        slopes = np.empty((len(theta), now.size))
-        for k, size in enumerate(sizes):
-            moved = theta.copy()
-            moved[k] += size
-            slopes[k] = ((left(moved) - now) * np.sqrt(weights)).ravel()
-        gram, side = slopes @ slopes.T, slopes @ (now * np.sqrt(weights)).ravel()
+        if moved:
+            # Each channel is off by a variance of its own: those that are said well know it best.
+            weights = 1.0 / np.maximum((now**2).mean(axis=1, keepdims=True), 1.0)
+            for k, size in enumerate(sizes):
+                there = theta.copy()
+                there[k] += size
+                slopes[k] = ((left(there) - now) * np.sqrt(weights)).ravel()
+            products, side = slopes @ slopes.T, slopes @ (now * np.sqrt(weights)).ravel()
+        gram = products.copy()
         gram[np.diag_indices_from(gram)] *= 1.0 + damping
         gram[np.diag_indices_from(gram)] += 1e-9 * np.trace(gram) + 1e-12
         trial = theta - sizes * np.linalg.solve(gram, side)
         then = left(trial)
         cost = float((weights * now**2).sum())
         gained = cost - float((weights * then**2).sum())
-        if gained > 0.0:
+        moved = gained > 0.0
+        if moved:
             theta, now = trial, then
             if damping < WELL_DAMPED and gained < LEAST_GAIN * cost:
                 break
         elif damping > MOST_DAMPED:
             break
-        damping = damping / 4.0 if gained > 0.0 else 5.0 * damping
+        damping = damping / 4.0 if moved else 5.0 * damping
     return values(theta)
 
 

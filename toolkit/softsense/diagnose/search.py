@@ -343,7 +343,9 @@ def search(
         enough = MOVES * gap
     closely = sorted(moving() & set(names)) if may_move else []
     moves = [_moves(channels, name, enough) for name in closely]
-    fine = by_price([*fine, *moves])
+    least = min((_left(channels, made) for made in moves), default=0.0)
+    near = [made for made in moves if _left(channels, made) < HOPELESS * least]
+    fine = by_price([*fine, *moves, *(refined(channels, made) for made in near)])
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
@@ -414,7 +416,7 @@ def _moves(channels: Sequence[Channel], name: str, enough: float) -> Model:
         best = by_price([best, made])[0]
         if _left(channels, best) < LEAST_FREE * channels[0].samples:
             break
-    return refined(channels, best)
+    return best
 
 
 def _chosen_again(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
@@ -642,6 +644,7 @@ def refined(channels: Sequence[Channel], made: Model) -> Model:
         made = _fitted(channels, made, stage)
     gap = sum(channel.excess for channel in channels)
     free = LEAST_FREE * channels[0].samples < _left(channels, made) < MOST_FREE * gap
+    free = free and len(made.names & moving()) == 1
     if free and not channels[0].long:
         made = _fitted(channels, made, STAGES - 1)
     if made is not begun and len(made.names) > 1:
