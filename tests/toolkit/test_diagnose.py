@@ -1160,6 +1160,45 @@ def test_play_that_a_spring_takes_up_is_backlash() -> None:
     assert result.data["unexplained"]["share"] < 1e-3
 
 
+@pytest.mark.parametrize("drive", ["teeth", "joints"])
+def test_play_of_any_width_in_any_place_is_backlash(drive: str) -> None:
+    """Teeth that are not alike, or joints in a row of which each has some play of its own."""
+    x, codes = clean(17)
+    moved = np.zeros(len(x))
+    joints = [0.1] if drive == "teeth" else [0.02, 0.06, 0.12, 0.2]
+    for width in joints:
+        uneven = 0.4 * np.sin(2.0 * np.pi * x / 0.15) if drive == "teeth" else np.zeros(len(x))
+        at = x[0]
+        for k, half in enumerate(0.5 * width * (1.0 + uneven)):
+            at = min(max(at, x[k] - half), x[k] + half)
+            moved[k] += at / len(joints)
+    made = sensed(moved)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("backlash",)
+    assert {trace.form for trace in result.traces} == {"free"}
+    assert result.data["unexplained"]["share"] < 2e-3
+    assert not result.data["unexplained"]["unknown_effect"]
+    again = augment(result, recorded(x, codes, 3, noise=0.0)).codes
+    # It goes on from where the drive was left, and in 10 s, to where it began.
+    assert np.std((again - made)[500:]) < 0.08 * np.std(made - codes)
+
+
+def test_what_creeps_behind_worn_play_is_told_beside_it() -> None:
+    """Play of which one side is worn where the strain is large: a clock that wanders would say more
+    of what the creep leaves."""
+    x, codes = clean(17)
+    worn, at = np.empty(len(x)), x[0]
+    for k, strain in enumerate(x):
+        at = min(max(at, strain - 0.06 * (0.4 + strain)), strain + 0.06)
+        worn[k] = at
+    played = sensed(worn)
+    crept = 0.5 * (filtered(played, 2.0) + filtered(played, 40.0))
+    made = played + 0.4 * (crept - played)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"backlash", "relaxation"}
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 @pytest.mark.parametrize("rail", ["deep", "sinks"])
 def test_a_rail_may_be_deep_or_sink(rail: str) -> None:
     x, codes = clean(14)

@@ -65,7 +65,8 @@ EXCHANGED = 6
 # So many pairs that act on each other's signal are looked at closely, whatever they say alone.
 NEAR = 4
 # Of a long recording it is not looked at closely where it leaves so many times what others do; of
-# any, where it leaves more than ``MOVES`` of a gap that others say.
+# any, where it leaves more than ``MOVES`` of a gap that others say. Nor is it fitted freely where it
+# leaves so many times what another motion does.
 HOPELESS = 4.0
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel; of these only what costs no
@@ -644,10 +645,12 @@ def refined(channels: Sequence[Channel], made: Model) -> Model:
         made = _fitted(channels, made, stage)
     gap = sum(channel.excess for channel in channels)
     free = LEAST_FREE * channels[0].samples < _left(channels, made) < MOST_FREE * gap
+    # Two that may go anywhere say the same.
     free = free and len(made.names & moving()) == 1
     if free and not channels[0].long:
         made = _fitted(channels, made, STAGES - 1)
     if made is not begun and len(made.names) > 1:
+        # Meanwhile the others have been what they were.
         each = list(zip(channels, made.fits, strict=True))
         fits = all_at_once(lambda one: one[0].once_more(one[1]), each)
         made = by_price([made, priced(channels, tuple(fits))])[0]

@@ -45,8 +45,10 @@ POWERS = (0.3, 0.7, 1.5)
 # What is left of the play once a drive that stuck is moving.
 MOVING = (0.35, 0.6, 0.85)
 # Where a drive is none of these: the logarithm of how many times as wide it is at even places of
-# the range, straight in between, and which part of a move goes through plays so many times as wide.
+# the range, straight in between, and at most; and which part of a move goes through plays so many
+# times as wide.
 PLACES = tuple(f"place{k}" for k in range(25))
+UNEVEN = 2.0
 OTHERS = (0.06, 0.15, 0.3, 0.5, 0.75, 1.4, 2.0, 3.0)
 PARTLY = tuple(f"part{k}" for k in range(len(OTHERS)))
 # Of a move from one sample to the next.
@@ -176,7 +178,7 @@ def _freely(
     """(samples,) the strain that is ``played`` where the play is of another width in each place, as
     of a gear whose teeth are not alike, and where others share the move (Iwan 1966)."""
     at, knots = np.linspace(0.0, 1.0, len(PLACES)), np.array([values[key] for key in PLACES])
-    uneven = np.interp(nominal.strain, at, knots)
+    uneven = np.clip(np.interp(nominal.strain, at, knots), -UNEVEN, UNEVEN)
     even = _played(nominal, width)
     moved: Floats = played() + _played(nominal, width, uneven) - even
     for key, share in zip(PARTLY, OTHERS, strict=True):
