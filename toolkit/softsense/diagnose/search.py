@@ -65,8 +65,8 @@ EXCHANGED = 6
 # So many pairs that act on each other's signal are looked at closely, whatever they say alone.
 NEAR = 4
 # Of a long recording it is not looked at closely where it leaves so many times what others do; of
-# any, where it leaves more than ``MOVES`` of a gap that others say. Nor is it fitted freely where it
-# leaves so many times what another motion does.
+# any, where it leaves more than ``MOVES`` of a gap that others say. Nor is it fitted freely where
+# it leaves so many times what another motion does.
 HOPELESS = 4.0
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel; of these only what costs no
