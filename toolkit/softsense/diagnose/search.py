@@ -576,7 +576,7 @@ def _upon_motion(
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
     gap = sum(channel.excess for channel in channels)
-    poorly = _left(channels, named) > POORLY * gap
+    poorly = _left(channels, models[0]) > POORLY * gap
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     left = {m.names: _left(channels, m) for m in alone}
     alone = [m for m in alone if channels[0].effect_price < left[m.names] < MOVES * gap]
