@@ -485,7 +485,7 @@ class Channel:
         )
 
     def _upon_each_other_from(self, begun: Sequence[Fit], near: bool = True) -> list[Fit]:
-        """What some rounds come to from ``begun``, with candidates that are ``near``."""
+        """What some rounds come to from ``begun``; ``near``: also with candidates near those."""
         made = []
         for begin in begun:
             for ordered in _orders(begin.picks):
@@ -548,8 +548,8 @@ class Channel:
         return replace(best, picks=self._own(trial, best.picks))
 
     def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit, near: bool = True) -> Channel:
-        """The channel with the candidates of ``fit`` upon what earlier stages do, each followed by
-        those ``near`` it."""
+        """The channel with the candidates of ``fit`` upon what earlier stages do; ``near``: each
+        followed by those near it."""
         said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
         change, moved = np.zeros(len(self.nominal.u)), None
         wanders, read = (WALK, 0) in ordered, False

@@ -345,8 +345,8 @@ def search(
     closely = sorted(moving() & set(names)) if may_move else []
     moves = [_moves(channels, name, enough) for name in closely]
     least = min((_left(channels, made) for made in moves), default=0.0)
-    near = [made for made in moves if _left(channels, made) < HOPELESS * least]
-    fine = by_price([*fine, *moves, *(refined(channels, made) for made in near)])
+    hopeful = [made for made in moves if _left(channels, made) < HOPELESS * least]
+    fine = by_price([*fine, *moves, *(refined(channels, made) for made in hopeful)])
     # A walk follows what a composition would say.
     kinds = [[m for m in fine if len(m.names) > 1 and WALK not in m.names][:COMPOSED]]
     kinds.append([m for m in fine if len(m.names) > 1 and WALK in m.names][:COMPOSED_WALKS])
