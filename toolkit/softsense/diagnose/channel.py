@@ -409,8 +409,8 @@ class Channel:
         return rest
 
     def with_motion(self, fit: Fit, moved: Mapping[str, Entry]) -> Fit:
-        """The same where these entries are what moves the strain; ``fit`` where that moves nothing
-        or where it does not settle."""
+        """The same where these entries are what moves the strain, and the others what they were;
+        ``fit`` where that moves nothing or where it does not settle."""
         picks = []
         for name, number in fit.picks:
             if name in moved:
@@ -422,7 +422,7 @@ class Channel:
         made = self._upon_each_other_from([replace(fit, picks=tuple(picks))], near=False)
         return min(made, key=self.price, default=fit)
 
-    def once_more(self, fit: Fit) -> Fit:
+    def closer(self, fit: Fit) -> Fit:
         """``fit``, or a cheaper one with candidates near those that it has, all acting on each
         other."""
         if len(fit.picks) < 2:

@@ -200,9 +200,8 @@ def _fitted(
         return rest
 
     theta = np.array([begun[name][key] for name, key in keys])
-    now, damping = left(theta), 1e-3
+    now, damping, moved = left(theta), 1e-3, True
     slopes = np.empty((len(theta), now.size))
-    weights, moved = np.ones_like(sigmas), True
     for _ in range(STEPS):
         if moved:
             # Each channel is off by a variance of its own: those that are said well know it best.

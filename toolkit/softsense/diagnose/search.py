@@ -54,9 +54,9 @@ LEAST_FREE = 1.5
 MOST_FREE = 0.3
 # A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
 # others are tried upon it, where the best model has it too or leaves more than ``POORLY``, or it
-# leaves less than ``MOST`` alone.
+# leaves less than ``LITTLE_ALONE``.
 MOVES = 0.5
-MOST = 0.12
+LITTLE_ALONE = 0.12
 POORLY = 0.05
 ONE_LEAVES = 0.01
 UPON = 3
@@ -580,7 +580,8 @@ def _upon_motion(
     alone = [m for m in models if len(m.names) == 1 and m.names <= moving()]
     left = {m.names: _left(channels, m) for m in alone}
     alone = [m for m in alone if channels[0].effect_price < left[m.names] < MOVES * gap]
-    alone = [m for m in alone if poorly or m.names <= named.names or left[m.names] < MOST * gap]
+    little = LITTLE_ALONE * gap
+    alone = [m for m in alone if poorly or m.names <= named.names or left[m.names] < little]
     for before in [*alone, *_known_by_one(channels)]:
         result += [(before, made) for made in _upon(channels, before, rest)]
     best = min(result, key=lambda both: both[1].price, default=None)
@@ -652,7 +653,7 @@ def refined(channels: Sequence[Channel], made: Model) -> Model:
     if made is not begun and len(made.names) > 1:
         # Meanwhile the others have been what they were.
         each = list(zip(channels, made.fits, strict=True))
-        fits = all_at_once(lambda one: one[0].once_more(one[1]), each)
+        fits = all_at_once(lambda one: one[0].closer(one[1]), each)
         made = by_price([made, priced(channels, tuple(fits))])[0]
     return leaner(channels, made)
 

@@ -51,6 +51,7 @@ PLACES = tuple(f"place{k}" for k in range(25))
 UNEVEN = 2.0
 OTHERS = (0.06, 0.15, 0.3, 0.5, 0.75, 1.4, 2.0, 3.0)
 PARTLY = tuple(f"part{k}" for k in range(len(OTHERS)))
+FREELY = (*PLACES, *PARTLY)
 # Of a move from one sample to the next.
 PARTS = 4
 # How many times its softness from a face a move is not passed on.
@@ -377,7 +378,6 @@ def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
 
 
 ZEROED_BY = "zeroed"
-FREELY = (*PLACES, *PARTLY)
 ANY_SIGN = ("around", "much_around", ZEROED_BY)
 # Play of more than a width, by its second parameter: what it is called, how it moves, some values,
 # and widths as shares of the play that is nearest. What a spring or a soft face passes on makes
@@ -422,7 +422,7 @@ EFFECT = Effect(
     equation="play: y = min(max(y, x - w/2), x + w/2); dead_zone: y = max(x - w, 0)",
     source="play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989); faces "
     "that give way: Nordin and Gutman, Automatica 38 (2002); sticking: Choudhury, Thornhill and "
-    "Shah, Control Eng. Pract. 13 (2005)",
+    "Shah, Control Eng. Pract. 13 (2005); several at once: Iwan, J. Appl. Mech. 33 (1966)",
     fingerprint="flat after each reversal, over the same width on all channels",
     parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
     simulate=simulate,
