@@ -336,15 +336,22 @@ def _spectrum(
     signal: Floats, dt_s: float, slowest: float = LEAST_HZ
 ) -> tuple[Floats, Floats, Floats]:
     """(frequencies,) power, hertz above ``slowest``, and the power of what surrounds them."""
-    power: Floats = np.abs(np.fft.rfft((signal - signal.mean()) * np.hanning(len(signal)))) ** 2
-    frequency: Floats = np.fft.rfftfreq(len(signal), dt_s).astype(np.float64)
+    powers, frequency, floors = _spectra(signal[None], dt_s, slowest)
+    return powers[0], frequency, floors[0]
+
+
+def _spectra(signals: Floats, dt_s: float, slowest: float) -> tuple[Floats, Floats, Floats]:
+    """The same of many ``signals`` (n, samples): powers and floors (n, frequencies)."""
+    window = np.hanning(signals.shape[1])
+    spectra = np.fft.rfft((signals - signals.mean(axis=1, keepdims=True)) * window)
+    frequency: Floats = np.fft.rfftfreq(signals.shape[1], dt_s).astype(np.float64)
     keep = frequency > slowest
-    power, frequency = power[keep], frequency[keep]
+    frequency, powers = frequency[keep], np.abs(spectra[:, keep]) ** 2
     half = 60
-    padded = np.pad(power, half, mode="reflect")
-    local = np.median(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1)[::8], axis=1)
-    floor: Floats = np.repeat(local, 8)[: len(power)] / np.log(2.0)
-    return power, frequency, floor
+    padded = np.pad(powers, ((0, 0), (half, half)), mode="reflect")
+    around = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=1)[:, ::8]
+    floors: Floats = np.repeat(np.median(around, axis=2), 8, axis=1)[:, : len(frequency)]
+    return powers, frequency, floors / np.log(2.0)
 
 
 def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
@@ -356,13 +363,16 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     few = begins[:: max(len(begins) // FRAMES, 1)]
     # Of a long recording some frames tell whether there may be a tone.
     for some in [few, begins] if len(few) < len(begins) else [begins]:
-        frames = [_spectrum(signal[k : k + length], dt_s, slowest) for k in some]
+        frames = np.lib.stride_tricks.sliding_window_view(signal, length)[some]
+        spectra = [
+            _spectra(frames[k : k + FRAMES], dt_s, slowest) for k in range(0, len(frames), FRAMES)
+        ]
         # A frame in which nothing is left has no floor.
-        ratios = np.stack([power / np.maximum(floor, 1e-12) for power, _, floor in frames])
+        ratios = np.concatenate([power / np.maximum(floor, 1e-12) for power, _, floor in spectra])
         lit = np.flatnonzero(ratios.max(axis=1) > LIT_RATIO)
         if len(lit) < LIT_PART * len(some):
             return None
-    at, peaks = frames[0][1], np.argmax(ratios, axis=1)
+    at, peaks = spectra[0][1], np.argmax(ratios, axis=1)
     # What is far from its neighbours is another line, or chance.
     usual = np.array([np.median(peaks[lit[max(k - 4, 0) : k + 5]]) for k in range(len(lit))])
     lit = lit[np.abs(peaks[lit] - usual) <= 2 * FRAME_STEP]
