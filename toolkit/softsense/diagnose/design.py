@@ -338,12 +338,13 @@ def _laid(column: Floats, together: int, row: NDArray[np.float32], keeps: bool) 
     """
     size = 1.0 if keeps else np.sqrt(np.dot(column, column) / len(column)) + 1e-12
     whole = len(column) // together
-    share = 1.0 / (size * np.sqrt(together))
+    share = np.float32(1.0 / (size * np.sqrt(together)))
     for k in range(whole):
-        total = 0.0
-        for j in range(k * together, (k + 1) * together):
-            total += column[j]
-        row[k] = share * total
+        row[k] = share * column[k * together]
+    # All second ones, then all third: the processor does several at once.
+    for j in range(1, together):
+        for k in range(whole):
+            row[k] += share * column[k * together + j]
     if whole < len(row):
         rest = column[whole * together :]
         row[whole] = rest.sum() / (size * np.sqrt(len(rest)))
