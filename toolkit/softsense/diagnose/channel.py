@@ -103,8 +103,10 @@ WORTH = 0.5
 FEW = 32
 # So many candidates whose weights are not as physics has them are left for the next best.
 REFUSED = 4
-# How often the candidates of several effects are chosen beside each other.
+# How often the candidates of several effects are chosen beside each other; once where they then
+# leave so many times what others do.
 PASSES = 3
+HOPELESS = 4.0
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5
 # What one does may change from round to round by this share, or by the noise, in the end.
@@ -805,20 +807,28 @@ class Channel:
     def _search(self, names: frozenset[str], held: Held) -> Fit:
         if not names:
             return self.fit(held)
-        made = []
+        made: list[Fit] = []
+        alone = len(names) == 1 and not held
+        hopeless = np.inf if alone or WALK in names else self._hopeless()
         for last in sorted(names):
             fewer = self.best(names - {last}, held)
             others = dict(fewer.picks)
-            alone = len(names) == 1 and not held
             for static in self._statics() if alone else self._statics_of(fewer):
-                fit = self._beside(last, others, static, held)
+                if made and min(map(self.price, made)) > hopeless:
+                    continue
+                fit = self._beside(last, others, static, held, hopeless=hopeless)
                 made.append(fit)
                 made += self._otherwise(last, others, static, fit, held)
                 pliable = self._pliable(fit, held)
-                if pliable:
+                if pliable and self.price(fit) <= hopeless:
                     # What follows all that it has seen may be far off where it has not.
                     made.append(self._beside(last, others, static, held, refused=pliable))
         return min(made, key=self.price)
+
+    def _hopeless(self) -> float:
+        """The price of what leaves too many times what the cheapest fit so far does."""
+        known = min(map(self.price, self._best.values()), default=np.inf)
+        return self.samples + HOPELESS * max(known - self.samples, 0.0)
 
     def _pliable(self, fit: Fit, held: Held) -> list[Pick]:
         """Pliable candidates of the effects of which ``fit`` has one, but for those ``held``."""
@@ -887,9 +897,11 @@ class Channel:
         held: Held = (),
         more: Iterable[str] = (),
         refused: Container[Pick] = (),
+        hopeless: float = np.inf,
     ) -> Fit:
         """The best candidate of ``last`` beside ``others``, then of ``more`` and of the others
-        beside it, but for those ``held``; none that is ``refused``."""
+        beside it, but for those ``held``; none that is ``refused``. Once only where it costs more
+        than is ``hopeless``."""
         picks, made = {**others, **dict(held)}, []
         names = (last, *sorted({*others, *more} - {last, *dict(held)}))
         for _ in range(PASSES):
@@ -899,7 +911,7 @@ class Channel:
                 picks[name] = self._choose(rest, static, name, refused)
                 if len(picks) == len(names) + len(held):
                     made.append(self._fit(tuple(sorted(picks.items())), static))
-            if picks == before:
+            if picks == before or min(map(self.price, made), default=np.inf) > hopeless:
                 break
         return min(made, key=self.price)
 

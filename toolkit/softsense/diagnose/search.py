@@ -26,9 +26,11 @@ from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 
 Names = frozenset[str]
-# Pairs begin with the most promising single effects, at a close look with those that cost no more
-# than so many times the cheapest; triples with the best pairs.
+# Pairs begin with the most promising single effects, those that cost no more than so many times the
+# cheapest, and fewer at a close look; triples, which are only looked at closely, with the best
+# pairs.
 BEAM = 5
+LIKELY = 8.0
 PROMISING = 3.0
 SHORT_BEAM = 2
 ZOOMED = 6
@@ -277,12 +279,11 @@ def search(
     The grids are looked at coarsely first, then closely where a fit has chosen a point. A motion is
     fitted closely for itself where any ``strain`` could say much.
     """
-    coarse = _models(channels, names, np.inf)
+    coarse = _models(channels, names, LIKELY, most=2)
     if not coarse[0].names:
         return coarse
     most = ZOOMED_OF_LONG if channels[0].long else ZOOMED
     together = [made for made in coarse if len(made.names) == 2][:most]
-    together += [made for made in coarse if len(made.names) == 3][:most]
     together = _may_pay(channels, together, coarse[0].price)
     beside = {name for made in together for name in made.names}
     near = [made for made in coarse if len(made.names) == 1] + together
@@ -691,18 +692,19 @@ def _models(
     known: Sequence[str],
     within: float,
     near: Sequence[Names] = (),
+    most: int = 3,
 ) -> list[Model]:
-    """Models by price: of none, of one, and where more may pay, of two that are ``near`` or build
-    on the best alone, which cost no more than ``within`` times the cheapest, and of three that
-    build on the best two."""
+    """Models by price, of at ``most`` so many effects: of none, of one, and where more may pay, of
+    two that are ``near`` or build on the best alone, which cost no more than ``within`` times the
+    cheapest, and of three that build on the best two."""
     names = sorted(known)
     none, *singles = _made(channels, [frozenset(), *(frozenset({name}) for name in names)])
     singles = by_price(singles)
     if singles[0].price < _least(channels, 2):
         return by_price([none, *singles])
     # A walk may cost next to nothing beside what no effect says.
-    most = within * min((m.price for m in singles if WALK not in m.names), default=0.0)
-    first = [m for m in singles[:BEAM] if WALK in m.names or m.price <= most]
+    limit = within * min((m.price for m in singles if WALK not in m.names), default=0.0)
+    first = [m for m in singles[:BEAM] if WALK in m.names or m.price <= limit]
     twos = [
         frozenset(two)
         for two in combinations(names, 2)
@@ -710,7 +712,7 @@ def _models(
     ]
     pairs = _promising(channels, twos, [none, *singles])
     triples: list[Model] = []
-    if pairs and pairs[0].price < min(none.price, singles[0].price):
+    if most > 2 and pairs and pairs[0].price < min(none.price, singles[0].price):
         threes = [
             two.names | {name}
             for two in pairs[:SHORT_BEAM]
