@@ -826,9 +826,11 @@ class Channel:
         return min(made, key=self.price)
 
     def _hopeless(self) -> float:
-        """The price of what leaves too many times what the cheapest fit so far does."""
-        known = min(map(self.price, self._best.values()), default=np.inf)
-        return self.samples + HOPELESS * max(known - self.samples, 0.0)
+        """The price of what leaves too many times what the cheapest fit so far does; a walk, which
+        follows whatever is left, says nothing of that."""
+        known = [fit for (names, _), fit in self._best.items() if WALK not in names]
+        least = min(map(self.price, known), default=np.inf)
+        return self.samples + HOPELESS * max(least - self.samples, 0.0)
 
     def _pliable(self, fit: Fit, held: Held) -> list[Pick]:
         """Pliable candidates of the effects of which ``fit`` has one, but for those ``held``."""
@@ -911,7 +913,7 @@ class Channel:
                 picks[name] = self._choose(rest, static, name, refused)
                 if len(picks) == len(names) + len(held):
                     made.append(self._fit(tuple(sorted(picks.items())), static))
-            if picks == before or min(map(self.price, made), default=np.inf) > hopeless:
+            if picks == before or min(map(self.price, made)) > hopeless:
                 break
         return min(made, key=self.price)
 
