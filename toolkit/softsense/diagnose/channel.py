@@ -103,9 +103,10 @@ WORTH = 0.5
 FEW = 32
 # So many candidates whose weights are not as physics has them are left for the next best.
 REFUSED = 4
-# How often the candidates of several effects are chosen beside each other; once where they then
-# leave so many times what others do.
+# How often the candidates of several effects are chosen beside each other; once where that is
+# hopeless.
 PASSES = 3
+# What leaves so many times what others do.
 HOPELESS = 4.0
 # How often effects are fitted again upon what the others then do.
 ROUNDS = 5

@@ -12,6 +12,7 @@ import numpy as np
 
 from softsense.diagnose import moved
 from softsense.diagnose.channel import (
+    HOPELESS,
     LESS_LEFT,
     MOTION,
     SERIAL,
@@ -56,7 +57,9 @@ LEAST_FREE = 1.5
 MOST_FREE = 0.3
 # A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
 # others are tried upon it, where the best model has it too or leaves more than ``POORLY``, or it
-# leaves less than ``LITTLE_ALONE``.
+# leaves less than ``LITTLE_ALONE``. It is not looked at closely where it leaves more than ``MOVES``
+# of a gap that others say, or of a long recording ``HOPELESS`` times what they do; nor is it fitted
+# freely where it leaves ``HOPELESS`` times what another motion does.
 MOVES = 0.5
 LITTLE_ALONE = 0.12
 POORLY = 0.05
@@ -66,10 +69,6 @@ UPON = 3
 EXCHANGED = 6
 # So many pairs that act on each other's signal are looked at closely, whatever they say alone.
 NEAR = 4
-# Of a long recording it is not looked at closely where it leaves so many times what others do; of
-# any, where it leaves more than ``MOVES`` of a gap that others say. Nor is it fitted freely where
-# it leaves so many times what another motion does.
-HOPELESS = 4.0
 # So many of each at first, and the rest where these then leave less than so much of what they did,
 # or what is left would still pay for so many effects on every channel; of these only what costs no
 # more than so many times the best: what effects do to each other is seldom much of what they do,
