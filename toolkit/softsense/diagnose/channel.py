@@ -320,6 +320,8 @@ class Channel:
                 found[name] = [*kept, self._again(self.nominal, name, moved[name])]
                 continue
             found[name] = [*kept] if effect.zoom else [*entries]
+            if self.long and name not in beside and self._leaves_far_more(name):
+                continue
             alone = self.left(self.best(frozenset({name})))
             if alone < WORTH * self.excess:
                 narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
@@ -331,6 +333,16 @@ class Channel:
             found[name] += more
         self.gain = self._better_gain()
         self._take(found)
+
+    def _leaves_far_more(self, name: str) -> bool:
+        """Whether an effect alone leaves many times what another one does, which is no walk."""
+        alone = {
+            other: self.left(self.best(frozenset({other})))
+            for other in self.entries
+            if other != WALK
+        }
+        least = max(min(alone.values()), self.effect_price)
+        return name in alone and alone[name] > HOPELESS * least
 
     def _says(self, name: str) -> bool:
         """Whether an effect says something alone, or of a short recording beside the best one."""

@@ -174,7 +174,7 @@ class Nominal:
     another strain, at the samples ``keep``; ``all_respond`` those of all (channels, samples).
     ``start_s``: time of the first sample since the experiment began; ``largest``: (samples,)
     largest strain so far. ``keep``: the samples that traces are asked for; an effect may give them
-    for all.
+    for all. ``known``: what ``once`` has made.
     """
 
     codes: Floats
@@ -190,6 +190,14 @@ class Nominal:
     temp_c: Floats | None = None
     full_scale: float = 4095.0
     keep: slice = field(default_factory=lambda: slice(None))
+    known: dict[str, Any] = field(default_factory=dict, repr=False)
+
+    def once(self, name: str, make: Callable[[], Of]) -> Of:
+        """What ``make`` makes of the channel's signal, made once whatever samples are kept."""
+        if name not in self.known:
+            self.known[name] = make()
+        made: Of = self.known[name]
+        return made
 
     @property
     def u(self) -> Floats:
@@ -203,9 +211,10 @@ class Nominal:
         changed = self.codes.copy()
         changed[:, self.channel] = codes
         if moved is None:
-            return replace(self, codes=changed)
+            return replace(self, codes=changed, known={})
         strain = moved()
-        return replace(self, codes=changed, strain=strain, largest=np.maximum.accumulate(strain))
+        largest = np.maximum.accumulate(strain)
+        return replace(self, codes=changed, strain=strain, largest=largest, known={})
 
     def kept(self) -> Nominal:
         """Of the samples to ``keep`` alone, for traces that need no others."""
@@ -220,6 +229,7 @@ class Nominal:
             largest=self.largest[self.keep],
             dt_s=self.dt_s * step,
             keep=slice(None),
+            known={},
         )
 
     @property
@@ -262,7 +272,7 @@ class Nominal:
         rests[self.channel], lows[self.channel] = ends[0], ends[1:].min()
         spans[self.channel] = np.ptp(ends[1:])
         reference = replace(reference, rest=rests, low=lows, span=spans)
-        return replace(self, codes=codes, reference=reference), slope
+        return replace(self, codes=codes, reference=reference, known={}), slope
 
     def calibration(self) -> Callable[[Floats], Floats]:
         """What takes from columns (samples, p) their mean curve over strain, of the reference."""
@@ -313,8 +323,7 @@ class Nominal:
     @property
     def share(self) -> Floats:
         """(samples,) 0 … 1 of the span."""
-        result: Floats = (self.u - self.low) / self.span
-        return result
+        return self.once("share", lambda: (self.u - self.low) / self.span)
 
     @property
     def time_s(self) -> Floats:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cache, partial
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebvander
@@ -58,36 +59,41 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A bow and an S over the converter's range, alone and together; a polynomial over what is met
     of it; uneven taps, steps, bits."""
-    q = np.pi * nominal.u / nominal.full_scale
-    share = np.clip((2.0 * nominal.share - 1.0) / SPANS, -1.0, 1.0)
-    polynomial = np.asarray(chebvander(share, max(ORDERS)), dtype=np.float64) * nominal.span
-    wave = np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
+
+    # One candidate may be asked for alone, and several share these.
+    @cache
+    def waves() -> Floats:
+        q = np.pi * nominal.u / nominal.full_scale
+        return np.stack([np.sin(k * q) for k in range(1, 7)], axis=1) * 10.0
+
+    @cache
+    def polynomial() -> Floats:
+        share = np.clip((2.0 * nominal.share - 1.0) / SPANS, -1.0, 1.0)
+        return np.asarray(chebvander(share, max(ORDERS)), dtype=np.float64) * nominal.span
+
+    def some(first: int, last: int) -> Floats:
+        return waves()[:, first:last]
+
+    def up_to(order: int) -> Floats:
+        return polynomial()[:, 1 : order + 1]
+
     return [
-        Candidate(np.sin(q)[:, None] * 10.0, {}, "bow"),
-        Candidate(np.sin(2 * q)[:, None] * 10.0, {}, "s"),
-        Candidate(np.stack([np.sin(k * q) for k in (1, 2, 3)], axis=1) * 10.0, {}, "bow"),
-        Candidate(wave, {}, "wave", pliable=True),
+        Candidate(partial(some, 0, 1), {}, "bow"),
+        Candidate(partial(some, 1, 2), {}, "s"),
+        Candidate(partial(some, 0, 3), {}, "bow"),
+        Candidate(waves, {}, "wave", pliable=True),
+        *(Candidate(partial(up_to, order), {}, "polynomial", pliable=True) for order in ORDERS),
         *(
-            Candidate(polynomial[:, 1 : order + 1], {}, "polynomial", pliable=True)
-            for order in ORDERS
-        ),
-        Candidate(
-            _ladder(nominal, RUNGS),
-            {},
-            "ladder",
-            curved=True,
-            pliable=True,
-            largest=LARGEST,
-            straight=True,
-        ),
-        Candidate(
-            _ladder(nominal, TEETH),
-            {},
-            "table",
-            curved=True,
-            pliable=True,
-            largest=LARGEST,
-            straight=True,
+            Candidate(
+                partial(_ladder, nominal, rungs),
+                {},
+                form,
+                curved=True,
+                pliable=True,
+                largest=LARGEST,
+                straight=True,
+            )
+            for form, rungs in (("ladder", RUNGS), ("table", TEETH))
         ),
         *(candidate for noise in SPREADS for candidate in _edged(nominal, noise)),
         *_lost(nominal),
@@ -119,26 +125,30 @@ def _lost(nominal: Nominal) -> list[Candidate]:
     """What a converter that never gives some codes reads in their place."""
     if not len(nominal.lost):
         return []
-    result = []
-    for read in READ:
-        for noise in NOISES:
-            codes, change, _ = read_instead(nominal.lost, read, noise)
-            column = np.interp(nominal.u, codes, change, left=0.0, right=0.0)
-            result.append(Candidate(column[:, None], {}, "missing_codes", fixed=True))
-    return result
+
+    def instead(read: str, noise: float) -> Floats:
+        codes, change, _ = read_instead(nominal.lost, read, noise)
+        return np.interp(nominal.u, codes, change, left=0.0, right=0.0)[:, None]
+
+    return [
+        Candidate(partial(instead, read, noise), {}, "missing_codes", fixed=True)
+        for read in READ
+        for noise in NOISES
+    ]
 
 
 def _edged(nominal: Nominal, noise: float) -> list[Candidate]:
     """Bits of the wrong weight, and coarse steps, where noise (rms, codes) spreads their edges."""
-    straight = _straight(nominal)
-    binary = [
-        Candidate(np.concatenate([bits, line], axis=1), {}, "bits", largest=LARGEST)
-        for bits, line in (
-            (_bits(nominal, BITS, noise), straight),
-            (_bits(nominal, FINE_BITS, noise), straight[:, 1:]),
-        )
+
+    def binary(known: Iterable[int], first: int) -> Floats:
+        straight = _straight(nominal)[:, first:]
+        return np.concatenate([_bits(nominal, known, noise), straight], axis=1)
+
+    bits = [
+        Candidate(partial(binary, known, first), {}, "bits", largest=LARGEST)
+        for known, first in ((BITS, 0), (FINE_BITS, 1))
     ]
-    return binary + _subranging(nominal, noise)
+    return bits + _subranging(nominal, noise)
 
 
 def _bits(nominal: Nominal, known: Iterable[int], noise: float) -> Floats:
@@ -170,19 +180,21 @@ def _spread(nominal: Nominal, codes: Floats, made: Floats, noise: float) -> Floa
 def _subranging(nominal: Nominal, noise: float) -> list[Candidate]:
     """Of a converter that finds a coarse code and then what is left of it, which is amplified
     wrongly: a slope in each coarse step that the reference moves in, where that is some."""
-    result = []
-    codes = _codes(nominal)
-    for step in COARSE:
-        first, last = int(nominal.low // step), int((nominal.low + nominal.span) // step)
-        if last - first < STEPPED:
-            continue
+
+    def sloping(step: float, first: int, last: int) -> Floats:
+        codes = _codes(nominal)
         coarse = np.floor(codes / step)
         rest = codes - (coarse + 0.5) * step
         slopes = np.where(coarse[:, None] == np.arange(first, last + 1), rest[:, None], 0.0)
-        columns = np.concatenate(
-            [_spread(nominal, codes, slopes, noise), _straight(nominal)], axis=1
-        )
-        result.append(Candidate(columns, {"step": step}, "subranging", pliable=True))
+        spread = _spread(nominal, codes, slopes, noise)
+        return np.concatenate([spread, _straight(nominal)], axis=1)
+
+    result = []
+    for step in COARSE:
+        first, last = int(nominal.low // step), int((nominal.low + nominal.span) // step)
+        if last - first >= STEPPED:
+            made = partial(sloping, step, first, last)
+            result.append(Candidate(made, {"step": step}, "subranging", pliable=True))
     return result
 
 

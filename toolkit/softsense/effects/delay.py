@@ -90,20 +90,43 @@ def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[Candidate]:
     """Straight between samples, as software reads late, and smooth, as nature is late."""
-    u = nominal.u
-    pieces = {
-        "smooth": CubicSpline(np.arange(len(u)), u).c[::-1],
-        "linear": np.stack([u[:-1], np.diff(u)]),
-    }
     result = []
-    for delay_s in delays_s:
-        values = {"delay_s": float(delay_s)}
+    for delay_s in delays_s.tolist():
+        values = {"delay_s": delay_s}
+        moved = partial(_moved, nominal, values)
         for form in forms:
-            shifted = _shifted(u, pieces[form], delay_s / nominal.dt_s)
-            column = (shifted - u)[nominal.keep, None]
-            moved = partial(_moved, nominal, values)
-            result.append(Candidate(column.copy(), values, form, fixed=True, moved=moved))
+            made = partial(_late_by, nominal, form, delay_s / nominal.dt_s)
+            result.append(Candidate(made, values, form, fixed=True, moved=moved))
     return result
+
+
+def _pieces(u: Floats) -> dict[str, Floats]:
+    """(powers, samples - 1) by form: polynomials of the way from one sample to the next."""
+    spline = CubicSpline(np.arange(len(u)), u)
+    return {"smooth": spline.c[::-1], "linear": np.stack([u[:-1], np.diff(u)])}
+
+
+def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
+    """(kept samples, 1) what it changes of the signal to be so many samples late; beyond its ends
+    the signal rests.
+
+    A constant delay meets every polynomial at the same place.
+    """
+    u, step = nominal.u, nominal.keep.step or 1
+    pieces = nominal.once("pieces", lambda: _pieces(u))[form]
+    first = int(np.floor(-late))
+    part = -late - first
+    moved = np.full(len(u[::step]), u[0] if late > 0 else u[-1])
+    begin, end = max(-(first // step), 0), min(-((first + 1 - len(u)) // step), len(moved))
+    if begin < end:
+        there = pieces[:, begin * step + first : (end - 1) * step + first + 1 : step]
+        at = there[-1].copy()
+        for factors in there[-2::-1]:
+            at *= part
+            at += factors
+        moved[begin:end] = at
+    change: Floats = (moved - u[::step])[:, None]
+    return change
 
 
 def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Candidate]:
@@ -118,11 +141,13 @@ def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Can
 
 
 def _changing(nominal: Nominal, values: Mapping[str, float]) -> Candidate:
-    read = _read(nominal.u, nominal, _late_s(nominal, values))
-    column = (read - nominal.u[nominal.keep])[:, None]
+    def made() -> Floats:
+        read = _read(nominal.u, nominal, _late_s(nominal, values))
+        return (read - nominal.u[nominal.keep])[:, None]
+
     moved, freely = partial(_moved, nominal, values), KNOTS[0] in values
     form = "skewed" if values.keys().isdisjoint((*COURSES, *KNOTS)) else "wandering"
-    return Candidate(column, values, form, fixed=True, pliable=freely, moved=moved)
+    return Candidate(made, values, form, fixed=True, pliable=freely, moved=moved)
 
 
 def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
@@ -197,24 +222,6 @@ def _read(u: Floats, nominal: Nominal, late_s: Floats) -> Floats:
     at = np.clip(now - late_s / nominal.dt_s, 0.0, len(u) - 1.0)
     below = np.minimum(at.astype(np.intp), len(u) - 2)
     return np.asarray(u[below] + (at - below) * (u[below + 1] - u[below]))
-
-
-def _shifted(u: Floats, pieces: Floats, late: float) -> Floats:
-    """(samples,) ``u`` so many samples ``late``; beyond its ends it rests.
-
-    ``pieces`` (powers, samples - 1): polynomials of the way from one sample to the next, of which
-    a constant delay meets every one at the same place.
-    """
-    first = int(np.floor(-late))
-    part = -late - first
-    at = pieces[-1].copy()
-    for factors in pieces[-2::-1]:
-        at *= part
-        at += factors
-    moved = np.full(len(u), u[0] if late > 0 else u[-1])
-    begin, end = max(-first, 0), min(len(u) - first - 1, len(u))
-    moved[begin:end] = at[begin + first : end + first]
-    return moved
 
 
 EFFECT = Effect(

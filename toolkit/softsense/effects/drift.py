@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 
 import numpy as np
 
@@ -104,48 +105,78 @@ def _laws(
     orders: Sequence[float] = (1.0,),
 ) -> list[Candidate]:
     """Laws of (t / tau)^order."""
+
+    # One candidate may be asked for alone, and several share this.
+    @cache
+    def passed(tau_s: float, order: float) -> Floats:
+        share: Floats = (np.maximum(nominal.time_s, 0.0) / tau_s) ** order
+        return share
+
+    def law(form: str, tau_s: float, order: float) -> Floats:
+        return COURSES[form](passed(tau_s, order))
+
     result = []
     for tau_s in taus_s:
         for order in orders:
-            passed = (np.maximum(nominal.time_s, 0.0) / tau_s) ** order
             values = {"tau_s": tau_s} if order == 1.0 else {"tau_s": tau_s, "order": order}
             for form in forms:
-                result += _felt(nominal, COURSES[form](passed), values, form, slopes)
+                result += _felt(nominal, partial(law, form, tau_s, order), values, form, slopes)
     return result
 
 
 def _powers(
     nominal: Nominal, exponents: Sequence[float], slopes: Sequence[float]
 ) -> list[Candidate]:
-    passed = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
+    def law(exponent: float) -> Floats:
+        passed: Floats = np.maximum(nominal.time_s, 0.0) / REFERENCE_S
+        return passed**exponent
+
     return [
         candidate
         for exponent in exponents
-        for candidate in _felt(nominal, passed**exponent, {"exponent": exponent}, "power", slopes)
+        for candidate in _felt(
+            nominal, partial(law, exponent), {"exponent": exponent}, "power", slopes
+        )
     ]
 
 
 def _felt(
-    nominal: Nominal, law: Floats, values: Mapping[str, float], form: str, slopes: Sequence[float]
+    nominal: Nominal,
+    law: Callable[[], Floats],
+    values: Mapping[str, float],
+    form: str,
+    slopes: Sequence[float],
 ) -> list[Candidate]:
     """A law (samples,), or several (samples, p), where the signal feels it so much more or less."""
-    columns = law.reshape(len(law), -1) * nominal.span
-    return [
-        Candidate(columns * (1.0 + slope * nominal.share)[:, None], values, form)
-        for slope in slopes
-    ]
+
+    @cache
+    def columns() -> Floats:
+        made = law()
+        return made.reshape(len(made), -1) * nominal.span
+
+    def felt(slope: float) -> Floats:
+        return columns() * (1.0 + slope * nominal.share)[:, None]
+
+    return [Candidate(partial(felt, slope), values, form) for slope in slopes]
 
 
 def _mixed(nominal: Nominal, slopes: Sequence[float] = (0.0,)) -> list[Candidate]:
     """Three laws at once; and two that settle, one after the other, either way."""
-    t = np.maximum(nominal.time_s, 0.0)
-    laws = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
-    result = [Candidate(np.stack(laws, axis=1) * nominal.span, {}, "mixed")]
+
+    def several() -> Floats:
+        t = np.maximum(nominal.time_s, 0.0)
+        laws = [np.log1p(t / 4.0), -np.expm1(-t / 60.0), t / REFERENCE_S]
+        return np.stack(laws, axis=1) * nominal.span
+
+    def two(fast_s: float, slow_s: float) -> Floats:
+        t = np.maximum(nominal.time_s, 0.0)
+        return np.stack([-np.expm1(-t / fast_s), -np.expm1(-t / slow_s)], axis=1)
+
+    result = [Candidate(several, {}, "mixed")]
     for fast_s in FAST_S:
         for slow_s in SLOW_S:
-            two = np.stack([-np.expm1(-t / fast_s), -np.expm1(-t / slow_s)], axis=1)
             values = {"tau_s": slow_s, "fast_s": fast_s}
-            result += _felt(nominal, two, values, "two", slopes)
+            result += _felt(nominal, partial(two, fast_s, slow_s), values, "two", slopes)
     return result
 
 

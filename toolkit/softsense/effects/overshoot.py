@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache, partial
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """
     result = []
     for power in (0.5, 0.75, 1.0, 1.5):
-        speed = np.abs(nominal.rate) ** power
+        speed = partial(_to_the, nominal, power)
         result += _traces(nominal, speed, {"power": power}, TAUS_S, LADDERS_S)
     return result + _one_way(nominal, TAUS_S)
 
@@ -80,58 +80,97 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
     if "power" not in values:
         # Once more of one direction, it may be more of one end of the range.
-        speed = np.abs(nominal.rate)
+        speed = partial(_to_the, nominal, 1.0)
         result += _traces(nominal, speed, {"power": 1.0}, near[::2], LADDERS_S, within=True)
         return result + _one_way(nominal, near)
-    for power in values["power"] * np.array([0.85, 1.0, 1.2]):
-        speed = np.abs(nominal.rate) ** power
+    for power in (values["power"] * np.array([0.85, 1.0, 1.2])).tolist():
+        speed = partial(_to_the, nominal, power)
         for within in (False, True):
-            result += _traces(nominal, speed, {"power": float(power)}, near[::2], ladders, within)
+            result += _traces(nominal, speed, {"power": power}, near[::2], ladders, within)
     for half in HALVES_PER_S:
-        speed = np.abs(nominal.rate) / (np.abs(nominal.rate) + half)
+        speed = partial(_levelling, nominal, half)
         result += _traces(nominal, speed, {"half_per_s": half}, near[::2], ())
     return result
 
 
+def _speed(nominal: Nominal) -> Floats:
+    """(samples,) size of the strain rate, per second."""
+    return nominal.once("speed", lambda: np.abs(nominal.rate))
+
+
+def _to_the(nominal: Nominal, power: float) -> Floats:
+    powered: Floats = _speed(nominal) ** power
+    return powered
+
+
+def _levelling(nominal: Nominal, half_per_s: float) -> Floats:
+    """(samples,) 0 … 1 of what more speed breaks less and less of."""
+    speed = _speed(nominal)
+    return speed / (speed + half_per_s)
+
+
 def _traces(
     nominal: Nominal,
-    speed: Floats,
+    speed: Callable[[], Floats],
     values: Mapping[str, float],
     taus_s: Sequence[float],
     ladders: Sequence[Sequence[float]],
     within: bool = False,
+    form: str = "",
 ) -> list[Candidate]:
-    """What ``speed`` (samples,) breaks, for one time constant or a ladder of them: a network that
+    """What ``speed()`` (samples,) breaks, for one time constant or a ladder of them: a network that
     forms again at several rates.
 
     It shows the more, the larger the signal is; or ``within``: it breaks the more then.
     """
-    share = nominal.share[nominal.keep]
-    breaking = np.stack([speed, speed * nominal.share] if within else [speed], axis=1)
-    parts: dict[float, Floats] = {}
-    for tau_s in dict.fromkeys((*taus_s, *(tau for taus in ladders for tau in taus))):
-        taus = np.full(breaking.shape[1], tau_s)
-        y = low_pass(breaking, nominal.dt_s, taus, None)[0][nominal.keep] * nominal.span
-        parts[tau_s] = y if within else np.concatenate([y, y * share[:, None]], axis=1)
-    return [Candidate(parts[tau_s], {"tau_s": tau_s, **values}) for tau_s in taus_s] + [
-        Candidate(np.concatenate([parts[tau_s] for tau_s in taus], axis=1), values)
-        for taus in ladders
-    ]
+
+    # One candidate may be asked for alone, and several share these.
+    @cache
+    def breaking() -> Floats:
+        fast = speed()
+        return np.stack([fast, fast * nominal.share] if within else [fast], axis=1)
+
+    @cache
+    def part(tau_s: float) -> Floats:
+        taus = np.full(2 if within else 1, tau_s)
+        y = low_pass(breaking(), nominal.dt_s, taus, None)[0][nominal.keep] * nominal.span
+        return y if within else _felt(nominal, y[:, 0])
+
+    def several(taus: Sequence[float]) -> Floats:
+        return np.concatenate([part(tau_s) for tau_s in taus], axis=1)
+
+    alone = [Candidate(partial(part, tau), {"tau_s": tau, **values}, form) for tau in taus_s]
+    return alone + [Candidate(partial(several, taus), values, form) for taus in ladders]
+
+
+def _felt(nominal: Nominal, y: Floats) -> Floats:
+    """(kept samples, 2) what is broken, and the same times the signal."""
+    return np.stack([y, y * nominal.share[nominal.keep]], axis=1)
 
 
 def _quick(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     """What breaks sooner than it forms again, and breaks less on the way back."""
-    result = []
-    share, speed = nominal.share[nominal.keep], np.abs(nominal.rate)
-    for power in QUICK_POWERS:
-        for back in BACK:
-            breaking = speed**power * np.where(nominal.rate > 0.0, 1.0, back)
-            for tau_s in taus_s:
-                forming = nominal.dt_s / tau_s
-                y = followed(breaking, forming / QUICK, forming, 0.0)[nominal.keep] * nominal.span
-                values = {"tau_s": tau_s, "power": power, "back": back}
-                result.append(Candidate(np.stack([y, y * share], axis=1), values, "quick"))
-    return result
+
+    @cache
+    def breaking(power: float, back: float) -> Floats:
+        made: Floats = _to_the(nominal, power) * np.where(nominal.rate > 0.0, 1.0, back)
+        return made
+
+    def quick(power: float, back: float, tau_s: float) -> Floats:
+        forming = nominal.dt_s / tau_s
+        y = followed(breaking(power, back), forming / QUICK, forming, 0.0)
+        return _felt(nominal, y[nominal.keep] * nominal.span)
+
+    return [
+        Candidate(
+            partial(quick, power, back, tau_s),
+            {"tau_s": tau_s, "power": power, "back": back},
+            "quick",
+        )
+        for power in QUICK_POWERS
+        for back in BACK
+        for tau_s in taus_s
+    ]
 
 
 def _structures(
@@ -141,63 +180,92 @@ def _structures(
 
     Moore, Trans. Br. Ceram. Soc. 58 (1959): dx/dt = b |v| (1 - x) - x / tau.
     """
-    result = []
-    speed, share = np.abs(nominal.rate), nominal.share[nominal.keep]
-    for tau_s in rebuilds_s:
-        for each in breaks:
-            pull = 1.0 / tau_s + each * speed
-            broken = at_own_pace(each * speed / pull, nominal.dt_s * pull)
-            y = broken[nominal.keep] * nominal.span
-            values = {"tau_s": tau_s, "breaks": each}
-            result.append(Candidate(np.stack([y, y * share], axis=1), values, "structure"))
-    return result
+
+    def broken(tau_s: float, each: float) -> Floats:
+        speed = _speed(nominal)
+        pull = 1.0 / tau_s + each * speed
+        share = at_own_pace(each * speed / pull, nominal.dt_s * pull)
+        return _felt(nominal, share[nominal.keep] * nominal.span)
+
+    return [
+        Candidate(partial(broken, tau_s, each), {"tau_s": tau_s, "breaks": each}, "structure")
+        for tau_s in rebuilds_s
+        for each in breaks
+    ]
 
 
 def _beyond(
     nominal: Nominal, taus_s: Sequence[float], least_per_s: Iterable[float]
 ) -> list[Candidate]:
     """What breaks only where the strain rate is beyond a least one."""
+
+    def beyond(least: float) -> Floats:
+        return np.maximum(_speed(nominal) - least, 0.0)
+
     result = []
     for least in least_per_s:
-        speed = np.maximum(np.abs(nominal.rate) - least, 0.0)
-        result += _traces(nominal, speed, {"least_per_s": float(least)}, taus_s, ())
+        values = {"least_per_s": float(least)}
+        result += _traces(nominal, partial(beyond, least), values, taus_s, ())
     return result
 
 
 def _late(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     """What takes a while to break, too."""
-    late = {
-        power: low_pass(
-            np.abs(nominal.rate)[:, None] ** power, nominal.dt_s, np.array([LATE_S]), None
-        )[0][:, 0]
-        for power in LATE_POWERS
-    }
-    return [
-        replace(candidate, form="late")
-        for power, speed in late.items()
-        for candidate in _traces(nominal, speed, {"power": power}, taus_s, ())
-    ]
+
+    def late(power: float) -> Floats:
+        speed = _to_the(nominal, power)[:, None]
+        return low_pass(speed, nominal.dt_s, np.array([LATE_S]), None)[0][:, 0]
+
+    result = []
+    for power in LATE_POWERS:
+        speed = partial(late, power)
+        result += _traces(nominal, speed, {"power": power}, taus_s, (), form="late")
+    return result
 
 
 def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     """More of one direction than of the other: what each breaks, or what a dashpot does; and its
     force with its sign."""
-    ways = _ways(nominal.rate)
-    sides = {}
-    for tau_s in dict.fromkeys((*taus_s, *(tau for taus in LADDERS_S for tau in taus))):
-        y = low_pass(ways, nominal.dt_s, np.full(2, tau_s), None, rest=np.zeros(2))[0]
-        sides[tau_s] = y[nominal.keep] * nominal.span
-    found = [({"tau_s": tau_s}, sides[tau_s]) for tau_s in taus_s]
-    found += [({}, np.concatenate([sides[tau_s] for tau_s in taus], axis=1)) for taus in LADDERS_S]
-    result = [Candidate(columns, values, "one_way", parallel=True) for values, columns in found]
-    for tau_s in taus_s:
-        if tau_s > SLOWEST_DASHPOT_S:
-            continue
+
+    # One candidate may be asked for alone, and several share these.
+    @cache
+    def ways() -> Floats:
+        return _ways(nominal.rate)
+
+    @cache
+    def sides(tau_s: float) -> Floats:
+        y = low_pass(ways(), nominal.dt_s, np.full(2, tau_s), None, rest=np.zeros(2))[0]
+        kept: Floats = y[nominal.keep] * nominal.span
+        return kept
+
+    def several(taus: Sequence[float]) -> Floats:
+        return np.concatenate([sides(tau_s) for tau_s in taus], axis=1)
+
+    @cache
+    def force(tau_s: float) -> Floats:
         # What of the strain a dashpot has not followed yet.
         behind = low_pass(nominal.strain[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
-        force = (nominal.strain - behind)[nominal.keep] * nominal.span
-        result.append(Candidate(_ways(force), {"tau_s": tau_s}, "viscous", parallel=True))
-        result.append(Candidate(force[:, None], {"tau_s": tau_s}, SIGNED))
+        ahead: Floats = (nominal.strain - behind)[nominal.keep] * nominal.span
+        return ahead
+
+    def viscous(tau_s: float) -> Floats:
+        return _ways(force(tau_s))
+
+    def signed(tau_s: float) -> Floats:
+        return force(tau_s)[:, None]
+
+    result = [
+        Candidate(partial(sides, tau_s), {"tau_s": tau_s}, "one_way", parallel=True)
+        for tau_s in taus_s
+    ]
+    result += [
+        Candidate(partial(several, taus), {}, "one_way", parallel=True) for taus in LADDERS_S
+    ]
+    for tau_s in taus_s:
+        if tau_s <= SLOWEST_DASHPOT_S:
+            values = {"tau_s": tau_s}
+            result.append(Candidate(partial(viscous, tau_s), values, "viscous", parallel=True))
+            result.append(Candidate(partial(signed, tau_s), values, SIGNED))
     return result
 
 

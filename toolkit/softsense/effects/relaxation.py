@@ -29,6 +29,9 @@ LADDERS = (
     (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
     (0.05, 0.15, 0.5, 1.5, 5.0, 20.0, 80.0, 400.0),
 )
+# Of a recording that is so many times as long as the slowest of these, one that goes on to its end.
+LONGER = 10.0
+LONG_STEP = 4.0
 # Time constants of one part alone, where the signal is right at once.
 SLOW_S = (10.0, 20.0, 40.0, 80.0, 160.0)
 BENDS = (-1.4, -0.5, 0.3, 0.6, 1.2, 2.0)
@@ -86,10 +89,19 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """A ladder of relaxing parts of the signal (Prony), dense enough for a power law."""
     singles = _singles(nominal, np.geomspace(0.6, 150.0, 16))
-    ladders = [partial(_relaxed, nominal, nominal.u, taus) for taus in LADDERS]
     return singles + [
-        _prony(relaxed, "prony", taus) for relaxed, taus in zip(ladders, LADDERS, strict=True)
+        _prony(partial(_relaxed, nominal, nominal.u, taus), "prony", taus)
+        for taus in _ladders(nominal)
     ]
+
+
+def _ladders(nominal: Nominal) -> tuple[tuple[float, ...], ...]:
+    """``LADDERS``, and for a long recording one more."""
+    slowest, duration_s = max(map(max, LADDERS)), nominal.reference.duration_s
+    if duration_s < LONGER * slowest:
+        return LADDERS
+    count = int(np.ceil(np.log(duration_s / LADDERS[0][0]) / np.log(LONG_STEP)))
+    return (*LADDERS, tuple((duration_s / LONG_STEP ** np.arange(count)[::-1]).tolist()))
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -132,7 +144,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         for haste in HASTES
         for taus in LADDERS[1:3]
     ]
-    result += [_prony(partial(relaxed, 0.0, taus), "prony", taus) for taus in LADDERS]
+    result += [_prony(partial(relaxed, 0.0, taus), "prony", taus) for taus in _ladders(nominal)]
     for bend in (0.0, *BENDS):
         for taus in LADDERS[1:3]:
             if bend:
