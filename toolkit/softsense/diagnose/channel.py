@@ -565,7 +565,12 @@ class Channel:
     def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit, near: bool = True) -> Channel:
         """The channel with the candidates of ``fit`` upon what earlier stages do; ``near``: each
         followed by those near it."""
-        said = {pick[0]: self.columns(pick) @ weights for pick, weights in self.weighted(fit)}
+        # Nothing acts on what the last one does.
+        said = {
+            pick[0]: self.columns(pick) @ weights
+            for pick, weights in self.weighted(fit)
+            if pick != ordered[-1]
+        }
         change, moved = np.zeros(len(self.nominal.u)), None
         wanders, read = (WALK, 0) in ordered, False
         made: dict[str, list[Entry]] = {}
@@ -586,7 +591,7 @@ class Channel:
                 made[name] = self._upon(nominal, name, number)
             else:
                 made[name] = self._once_more(name, number)
-            change += said[name]
+            change += said.get(name, 0.0)
             moved = self.entries[name][number].candidate.moved or moved
         trial = copy(self)
         trial._take(made)

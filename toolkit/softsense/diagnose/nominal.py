@@ -484,6 +484,7 @@ def nominals(
     given = np.stack(curves), relaxing, broken, np.ascontiguousarray(history.T)
     # One strain moves all channels, one after the other.
     kept: OrderedDict[Hashable, Floats] = OrderedDict()
+    of_strain: dict[Hashable, Floats] = {}
 
     def said_of_all(strain: Floats, step: int) -> Floats:
         some = strain[::step]
@@ -534,6 +535,7 @@ def nominals(
             start_s=motion.start_s,
             temp_c=motion.temp_c,
             full_scale=float(2**bits - 1),
+            known_of_strain=of_strain,
         )
         for channel in range(codes.shape[1])
     ]

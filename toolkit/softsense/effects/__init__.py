@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal, TypeVar
@@ -51,6 +51,8 @@ MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED})
 EXACTLY = "exactly"
 # What relaxes or lags behind, of the span, before it matters which of them is meant.
 STRESSED = 0.004
+# So many samples at most are kept of what all channels ask for.
+KEPT_FOR_ALL = 20_000
 # Powers of the strain that make such a curve.
 CURVE_POWERS = 4
 
@@ -174,7 +176,7 @@ class Nominal:
     another strain, at the samples ``keep``; ``all_respond`` those of all (channels, samples).
     ``start_s``: time of the first sample since the experiment began; ``largest``: (samples,)
     largest strain so far. ``keep``: the samples that traces are asked for; an effect may give them
-    for all. ``known``: what ``once`` has made.
+    for all. ``known``, ``known_of_strain``: what ``once`` and ``once_for_all`` have made.
     """
 
     codes: Floats
@@ -191,6 +193,19 @@ class Nominal:
     full_scale: float = 4095.0
     keep: slice = field(default_factory=lambda: slice(None))
     known: dict[str, Any] = field(default_factory=dict, repr=False)
+    known_of_strain: dict[Hashable, Any] = field(default_factory=dict, repr=False)
+
+    def once_for_all(self, name: Hashable, make: Callable[[], Of]) -> Of:
+        """What ``make`` makes of the strain alone, at the samples to keep: made once for all
+        channels, where these are few."""
+        step = self.keep.step or 1
+        if len(self.strain) > step * KEPT_FOR_ALL:
+            return make()
+        key = step, name
+        if key not in self.known_of_strain:
+            self.known_of_strain[key] = make()
+        made: Of = self.known_of_strain[key]
+        return made
 
     def once(self, name: str, make: Callable[[], Of]) -> Of:
         """What ``make`` makes of the channel's signal, made once whatever samples are kept."""
@@ -214,7 +229,9 @@ class Nominal:
             return replace(self, codes=changed, known={})
         strain = moved()
         largest = np.maximum.accumulate(strain)
-        return replace(self, codes=changed, strain=strain, largest=largest, known={})
+        return replace(
+            self, codes=changed, strain=strain, largest=largest, known={}, known_of_strain={}
+        )
 
     def kept(self) -> Nominal:
         """Of the samples to ``keep`` alone, for traces that need no others."""
@@ -230,6 +247,7 @@ class Nominal:
             dt_s=self.dt_s * step,
             keep=slice(None),
             known={},
+            known_of_strain={},
         )
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from functools import cache, partial
 from math import exp
 
@@ -247,8 +247,8 @@ def _along(base: Floats, way: Floats, pull: float) -> Floats:
     return output
 
 
-def _duhem(base: Floats, pull: float) -> Floats:
-    """(samples, columns) of dz = pull |dx| (f(x) - z) + g |dx|, f any cubic and z(0) any.
+def _duhem(base: Floats, pull: float, keep: slice) -> Floats:
+    """(kept samples, columns) of dz = pull |dx| (f(x) - z) + g |dx|, f any cubic and z(0) any.
 
     Coleman and Hodgdon, Int. J. Eng. Sci. 24 (1986): what the branches are drawn to is a curve.
     """
@@ -257,7 +257,7 @@ def _duhem(base: Floats, pull: float) -> Floats:
     powers = np.stack([around, around * around, around * around * around], axis=1)
     begun = -np.expm1(-pull * np.cumsum(way))
     slow = _along(powers, way, pull) - powers
-    return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)
+    return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)[keep]
 
 
 def _pinched(base: Floats, keep: slice) -> Floats:
@@ -275,48 +275,68 @@ def _pinched(base: Floats, keep: slice) -> Floats:
     return np.concatenate([*parts, *_powers(base, _CURVE)], axis=1)
 
 
+def _sharp(base: Floats, form: str, keep: slice) -> Floats:
+    """(kept samples, columns) plays, less what they see, or Dahl's states."""
+    made: Floats
+    if form in LADDERS:
+        signal = np.repeat(base[:, None], len(LADDERS[form]), axis=1)
+        made = play(signal, np.array(LADDERS[form]), signal[0].copy()) - signal
+    else:
+        signal = np.repeat(base[:, None], len(WAYS), axis=1)
+        made = _bouc_wen(signal, WAYS, 1.0, signal[0].copy(), np.zeros((len(WAYS), 1)))
+    return made[keep]
+
+
+def _begun(base: Floats, keep: slice) -> Floats:
+    """(kept samples, columns) plays that begin at rest, less what they see."""
+    signal = np.repeat(base[:, None], len(RESTING), axis=1)
+    made: Floats = play(signal, RESTING, _at_rest(signal[0], RESTING)) - signal
+    return made[keep]
+
+
+def _any_relays(base: Floats, keep: slice) -> Floats:
+    """(kept samples, columns) ``_preisach`` of relays of all widths."""
+    return _preisach(base, np.repeat(base[:, None], len(RELAYS), axis=1), RELAYS, _CURVE, keep)
+
+
+def _any_density(base: Floats, keep: slice) -> Floats:
+    """(kept samples, columns) a plane of relays whose density is any, and a curve."""
+    cells = _plane(base, CELLS, keep.step or 1)
+    return np.concatenate([cells, *_powers(base[keep], _CURVE)], axis=1)
+
+
 def explain(nominal: Nominal) -> list[Candidate]:
     """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays;
     branches that are drawn to a curve; loops that are pinched."""
     bases = (nominal.share, nominal.strain)
 
-    # One candidate may be asked for alone, and several share these.
+    # One candidate may be asked for alone, and several share these; all channels see one strain.
     @cache
+    def spanned(base: int, made: Callable[..., Floats], *given: Hashable) -> Floats:
+        def make() -> Floats:
+            # No view of all samples is held.
+            return np.ascontiguousarray(made(bases[base], *given, nominal.keep))
+
+        name = made.__name__, *given
+        return (nominal.once_for_all(name, make) if base else make()) * nominal.span
+
     def sharp(form: str, base: int) -> Floats:
-        if form in LADDERS:
-            signal = np.repeat(bases[base][:, None], len(LADDERS[form]), axis=1)
-            made = play(signal, np.array(LADDERS[form]), signal[0].copy()) - signal
-        else:
-            signal = np.repeat(bases[base][:, None], len(WAYS), axis=1)
-            made = _bouc_wen(signal, WAYS, 1.0, signal[0].copy(), np.zeros((len(WAYS), 1)))
-        kept: Floats = made[nominal.keep] * nominal.span
-        return kept
+        return spanned(base, _sharp, form)
 
-    @cache
     def begun(base: int) -> Floats:
-        signal = np.repeat(bases[base][:, None], len(RESTING), axis=1)
-        made = play(signal, RESTING, _at_rest(signal[0], RESTING)) - signal
-        kept: Floats = made[nominal.keep] * nominal.span
-        return kept
+        return spanned(base, _begun)
 
-    @cache
     def relays(base: int) -> Floats:
-        seen = np.repeat(bases[base][:, None], len(RELAYS), axis=1)
-        made: Floats = _preisach(bases[base], seen, RELAYS, _CURVE, nominal.keep) * nominal.span
-        return made
+        return spanned(base, _any_relays)
 
-    @cache
     def drawn(base: int, pull: float) -> Floats:
-        return _duhem(bases[base], pull)[nominal.keep] * nominal.span
+        return spanned(base, _duhem, pull)
 
     def any_density() -> Floats:
-        cells = _plane(nominal.strain, CELLS, nominal.keep.step or 1)
-        curve = _powers(nominal.strain[nominal.keep], _CURVE)
-        made: Floats = np.concatenate([cells, *curve], axis=1) * nominal.span
-        return made
+        return spanned(1, _any_density)
 
     def pinched() -> Floats:
-        return _pinched(nominal.strain, nominal.keep) * nominal.span
+        return spanned(1, _pinched)
 
     def beside(*parts: Callable[[], Floats]) -> Callable[[], Floats]:
         return lambda: np.concatenate([part() for part in parts], axis=1)
