@@ -37,7 +37,7 @@ from softsense.diagnose.nominal import (
 )
 from softsense.diagnose.search import Model, moving, search
 from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted
-from softsense.effects import Nominal, all_effects
+from softsense.effects import Nominal, all_effects, by_channel
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
@@ -214,7 +214,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         rest: Floats, names: Sequence[str], found: Sequence[variance.Finding]
     ) -> tuple[list[Channel], Vetted]:
         noise = variance.noise_beside(rest, found)
-        hearing = [replace(nominal, heard=smooth + rest) for nominal in alone]
+        heard = by_channel(smooth + rest)
+        hearing = [replace(nominal, heard=heard) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, kept, names)
         checked = vetted(made, search(made, names, strain), motion, strain)
         taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
@@ -326,7 +327,7 @@ def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> F
     made = nominals(smooth, smooth, motion, bits, reference)
     hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
     for _ in range(HEARINGS if hearing else 1):
-        heard = smooth + change
+        heard = by_channel(smooth + change)
         change = _applied(
             diagnosis, smooth, motion, [replace(nominal, heard=heard) for nominal in made]
         )

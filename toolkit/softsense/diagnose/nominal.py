@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, PPoly
 
-from softsense.effects import Curve, Nominal, Reference
+from softsense.effects import Curve, Nominal, Reference, by_channel
 from softsense.effects.operators import compiled, first_order_hold, low_pass, play
 from softsense.recording import Recording
 
@@ -482,6 +482,7 @@ def nominals(
     # Cubics of the distance from the knot before; none are between knots that coincide.
     curves = [PPoly.from_spline(BSpline(_knots(KNOTS), one, 3)).c[:, 3:-3] for one in static.T]
     given = np.stack(curves), relaxing, broken, np.ascontiguousarray(history.T)
+    signals, others = by_channel(codes), by_channel(heard)
     # One strain moves all channels, one after the other.
     kept: OrderedDict[Hashable, Floats] = OrderedDict()
     of_strain: dict[Hashable, Floats] = {}
@@ -523,8 +524,8 @@ def nominals(
 
     return [
         Nominal(
-            codes=codes,
-            heard=heard,
+            codes=signals,
+            heard=others,
             channel=channel,
             strain=motion.strain,
             dt_s=motion.dt_s,

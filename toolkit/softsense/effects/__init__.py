@@ -166,11 +166,16 @@ class Reference:
     largest: Floats
 
 
+def by_channel(codes: Floats) -> tuple[Floats, ...]:
+    """(samples,) of each channel of ``codes`` (samples, channels), each in one piece of memory."""
+    return tuple(np.ascontiguousarray(codes.T))
+
+
 @dataclass(frozen=True)
 class Nominal:
     """One channel as a simulator without the effect says it, for the effect to leave its trace in.
 
-    ``codes``: (samples, channels) noiseless nominal codes of all channels; ``heard``: what these
+    ``codes``: noiseless nominal codes (samples,) of each channel; ``heard``: what these
     channels really read, with all their effects; ``channel``: which is meant. ``strain``:
     (samples,) share of the range; ``respond(strain, keep)``: codes that the channel would give for
     another strain, at the samples ``keep``; ``all_respond`` those of all (channels, samples).
@@ -179,8 +184,8 @@ class Nominal:
     for all. ``known``, ``known_of_strain``: what ``once`` and ``once_for_all`` have made.
     """
 
-    codes: Floats
-    heard: Floats
+    codes: tuple[Floats, ...]
+    heard: tuple[Floats, ...]
     channel: int
     strain: Floats
     dt_s: float
@@ -217,14 +222,16 @@ class Nominal:
     @property
     def u(self) -> Floats:
         """(samples,) the channel's own codes."""
-        signal: Floats = self.codes[:, self.channel]
-        return signal
+        return self.codes[self.channel]
+
+    def _with(self, own: Floats) -> tuple[Floats, ...]:
+        """``codes`` where these are the channel's ``own``."""
+        return *self.codes[: self.channel], own, *self.codes[self.channel + 1 :]
 
     def acting_on(self, codes: Floats, moved: Callable[[], Floats] | None) -> Nominal:
         """The same where effects have made ``codes`` (samples,) of the channel's own, and the
         strain is what ``moved`` says."""
-        changed = self.codes.copy()
-        changed[:, self.channel] = codes
+        changed = self._with(codes)
         if moved is None:
             return replace(self, codes=changed, known={})
         strain = moved()
@@ -240,8 +247,8 @@ class Nominal:
             return self
         return replace(
             self,
-            codes=self.codes[self.keep],
-            heard=self.heard[self.keep],
+            codes=tuple(codes[self.keep] for codes in self.codes),
+            heard=tuple(codes[self.keep] for codes in self.heard),
             strain=self.strain[self.keep],
             largest=self.largest[self.keep],
             dt_s=self.dt_s * step,
@@ -284,13 +291,11 @@ class Nominal:
             felt = self.low + self.span * strain
             ends = self.low + self.span * self.curve.strain(rest)
             slope = self.curve.slope(strain) / self.span
-        codes = self.codes.copy()
-        codes[:, self.channel] = felt
         rests, lows, spans = reference.rest.copy(), reference.low.copy(), reference.span.copy()
         rests[self.channel], lows[self.channel] = ends[0], ends[1:].min()
         spans[self.channel] = np.ptp(ends[1:])
         reference = replace(reference, rest=rests, low=lows, span=spans)
-        return replace(self, codes=codes, reference=reference, known={}), slope
+        return replace(self, codes=self._with(felt), reference=reference, known={}), slope
 
     def calibration(self) -> Callable[[Floats], Floats]:
         """What takes from columns (samples, p) their mean curve over strain, of the reference."""

@@ -51,7 +51,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     that sags, or lifts, with all channels together, or a reference with the others. Or what of
     another channel comes through a capacitance.
     """
-    channels = nominal.codes.shape[1]
+    channels = len(nominal.codes)
     result = _shares(nominal)
     for other in range(channels):
         if other != nominal.channel:
@@ -71,16 +71,16 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 def _shares(nominal: Nominal) -> list[Candidate]:
     result = []
-    keep, channels = nominal.keep, nominal.codes.shape[1]
+    keep, channels = nominal.keep, len(nominal.codes)
     u, rest = nominal.u[keep], nominal.reference.rest
     at_rest = (nominal.rest - nominal.low) / nominal.span
-    at, last = np.arange(len(nominal.codes))[keep], len(nominal.codes) - 1
+    at, last = np.arange(len(nominal.u))[keep], len(nominal.u) - 1
     ahead, behind = np.minimum(at + 1, last), np.maximum(at - 1, 0)
-    slopes = nominal.codes[ahead] - nominal.codes[behind]
+    slopes = np.stack([codes[ahead] - codes[behind] for codes in nominal.codes], axis=1)
     slopes /= (ahead - behind)[:, None] * nominal.dt_s
     # What others really read would say all that channels have in common, were it not for the share.
     for whole, most in ((nominal.heard, MOST), (nominal.codes, np.inf)) if channels > 1 else ():
-        codes = whole[keep]
+        codes = np.stack([one[keep] for one in whole], axis=1)
         for other in range(channels):
             if other != nominal.channel:
                 source = {"source": float(other)}
@@ -133,7 +133,7 @@ def _shares(nominal: Nominal) -> list[Candidate]:
 
 def _sides(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
     """What leaks from both neighbours, late from one of them."""
-    channels = nominal.codes.shape[1]
+    channels = len(nominal.codes)
     if channels < 3:
         return []
     two = [(nominal.channel - 1) % channels, (nominal.channel + 1) % channels]
@@ -141,7 +141,7 @@ def _sides(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
     def leaking(late: int, tau_s: float) -> Floats:
         columns = []
         for other in two:
-            signal = nominal.codes[:, other] - nominal.reference.rest[other]
+            signal = nominal.codes[other] - nominal.reference.rest[other]
             if other == late:
                 signal = low_pass(signal[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
             columns.append(signal[nominal.keep])
@@ -166,7 +166,7 @@ def _filtered(
     """What of another channel comes late, through the wire's capacitance, instead of its own; and
     what comes through the capacitance between two wires, beside its own."""
     keep = nominal.keep
-    would, really = nominal.codes[:, other : other + 1], nominal.heard[:, other : other + 1]
+    would, really = nominal.codes[other][:, None], nominal.heard[other][:, None]
 
     def slow(signal: Floats, tau_s: float) -> Floats:
         return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
