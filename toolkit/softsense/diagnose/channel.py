@@ -148,13 +148,15 @@ class Channel:
         missed: float,
         kept: float,
         history: Floats,
+        offered: dict[str, list[Entry]] | None = None,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
         ``own``: mean square of what the simulation itself has beside its nominal signal. Where that
         is more than noise (its random walks, its spikes), as much is no gap. ``missed``: how much
         of it is no noise; ``kept``: the share of the noise that is in the nominal signal.
-        ``history``: the ``history_basis`` of the motion.
+        ``history``: the ``history_basis`` of the motion. ``offered``: what effects have offered to
+        the same residual before, or where none has, what these do now.
         """
         square = float(np.mean(residual**2))
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
@@ -186,7 +188,9 @@ class Channel:
             # Channels begin with different effects, so that they seldom wait for the same.
             first = 4 * nominal.channel % max(len(known), 1)
             for name in (*known[first:], *known[:first]):
-                found[name] = self._offered(nominal, name, None)
+                found[name] = (offered or {}).get(name) or self._offered(nominal, name, None)
+            if offered is not None and not offered:
+                offered.update(found)
             self.gain = self._first_gain(history[self._thin])
         thinned = self.static[self._thin]
         rows = np.stack([residual[self._thin], np.ones(len(thinned)), *thinned.T])
