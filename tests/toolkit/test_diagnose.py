@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from scipy.signal import butter, lfilter
+from scipy.signal import butter, fftconvolve, lfilter
 
 import softsense as ss
 from softsense.cli.main import main
@@ -2399,6 +2399,39 @@ def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None
     names = frozenset({"backlash", "delay"})
     channel = first_channel(x, codes, np.zeros(len(x)), sorted(names))
     assert not channel.composed(channel.within(names), names).picks
+
+
+def test_what_relaxes_for_hours_is_no_drift() -> None:
+    """By a power law of time, in a recording that is far longer than most."""
+    x, codes = clean(0, 6000)
+    t_s = np.arange(len(x), dtype=np.float64)
+    share = 1.0 - (1.0 + t_s / 2.0) ** -0.3
+    moved = codes - codes[0]
+    gone = fftconvolve(moved, np.diff(share, prepend=0.0)[:, None], axes=0)[: len(x)]
+    sim, real = recorded(x, codes, 1), recorded(x, codes + 0.3 * (gone - moved), 2)
+    result = diagnose(replace(sim, t_s=t_s), replace(real, t_s=t_s))
+    assert result.effects == ("relaxation",)
+
+
+def test_what_is_offered_before_is_offered_again() -> None:
+    x, codes = clean(2, 1500)
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[0]
+    gap = 20.0 * x + np.random.default_rng(1).normal(0.0, 1.3, len(x))
+    given = nominal, gap, 1.3, x[:, None] ** [1, 2]
+    rest = 1.7, 0.0, 0.1, motion.history
+    offered: dict = {}
+    Channel(*given, ["lag"], *rest, offered)
+    lag = offered["lag"]
+    both = Channel(*given, ["gain", "lag"], *rest, offered)
+    fresh = Channel(*given, ["gain", "lag"], *rest)
+    assert offered.keys() == {"lag"}
+    assert offered["lag"] is lag
+    for name in ("gain", "lag"):
+        for one, other in zip(both.entries[name], fresh.entries[name], strict=True):
+            assert one.at == other.at
+            np.testing.assert_array_equal(one.columns, other.columns)
 
 
 def test_every_effect_that_explains_says_finite_columns() -> None:

@@ -8,6 +8,7 @@ import pkgutil
 import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Barrier
 
 import numpy as np
@@ -381,7 +382,10 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
             np.testing.assert_allclose(columns, expected, rtol=1e-9, atol=1e-9, err_msg=name)
 
 
-@pytest.mark.parametrize("name", ["saturation", "step"])
+@pytest.mark.parametrize(
+    "name",
+    ["adc_nonlinearity", "delay", "drift", "overshoot", "saturation", "step"],
+)
 def test_what_has_many_candidates_makes_only_those_that_are_asked_for(name: str) -> None:
     codes = 1500.0 + 900.0 * np.sin(np.arange(500) / 30.0)[:, None]
     motion = motion_of(codes[:, 0], 0.05, 0.0, None)
@@ -389,11 +393,42 @@ def test_what_has_many_candidates_makes_only_those_that_are_asked_for(name: str)
     nominal = nominals(codes, codes, motion, 12, reference)[0]
     one = effect(name)
     made = one.explain(nominal)
-    made += one.zoom(nominal, made[-1].values)
+    made += one.zoom(nominal, made[-1].values) if one.zoom else []
     assert all(callable(candidate.made) for candidate in made)
     for candidate in made:
         assert candidate.columns.shape[0] == 500
         assert candidate.columns.dtype == np.float64
+
+
+def test_a_delay_of_more_than_the_recording_reads_its_first_sample() -> None:
+    codes = 1500.0 + 900.0 * np.cos(np.arange(500) / 30.0)[:, None]
+    motion = motion_of(codes[:, 0], 0.05, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((1, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[0]
+    fine = effect("delay").fine
+    assert fine is not None
+    for late_s, read in ((40.0, codes[0]), (-40.0, codes[-1])):
+        for candidate in fine.at(nominal, {"delay_s": late_s}):
+            np.testing.assert_array_equal(candidate.columns, read - codes)
+
+
+def test_what_is_made_once_is_made_again_where_the_signal_changes() -> None:
+    codes = 1500.0 + 900.0 * np.sin(np.arange(500) / 30.0)[:, None] * np.array([1.0, -0.5])
+    motion = motion_of(codes[:, 0], 0.05, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((2, 3)))
+    first, second = nominals(codes, codes, motion, 12, reference)
+    before = first.share
+    assert first.share is before
+    changed = first.acting_on(codes[:, 0] + 90.0, None)
+    np.testing.assert_allclose(changed.share - before, 90.0 / first.span)
+    np.testing.assert_array_equal(changed.codes[1], codes[:, 1])
+    # All channels see one strain, until it is another one.
+    made = first.once_for_all("mean", lambda: float(first.strain.mean()))
+    assert second.once_for_all("mean", lambda: np.nan) == made
+    moved = first.acting_on(codes[:, 0], lambda: 0.5 * first.strain)
+    assert moved.once_for_all("mean", lambda: float(moved.strain.mean())) == 0.5 * made
+    thinned = replace(first, keep=slice(None, None, 5)).kept()
+    assert thinned.once_for_all("mean", lambda: 7.0) == 7.0
 
 
 def test_threads_make_columns_at_the_same_time() -> None:

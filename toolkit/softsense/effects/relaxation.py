@@ -30,7 +30,7 @@ LADDERS = (
     (0.05, 0.15, 0.5, 1.5, 5.0, 20.0, 80.0, 400.0),
 )
 # Of a recording that is so many times as long as the slowest of these, one that goes on to its end.
-LONGER = 10.0
+LONGER = 2.0
 LONG_STEP = 4.0
 # Time constants of one part alone, where the signal is right at once.
 SLOW_S = (10.0, 20.0, 40.0, 80.0, 160.0)
