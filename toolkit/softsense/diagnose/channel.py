@@ -148,14 +148,14 @@ class Channel:
         missed: float,
         kept: float,
         history: Floats,
-        offered: dict[str, list[Entry]] | None = None,
+        earlier: dict[str, list[Entry]] | None = None,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
         ``own``: mean square of what the simulation itself has beside its nominal signal. Where that
         is more than noise (its random walks, its spikes), as much is no gap. ``missed``: how much
         of it is no noise; ``kept``: the share of the noise that is in the nominal signal.
-        ``history``: the ``history_basis`` of the motion. ``offered``: what effects have offered to
+        ``history``: the ``history_basis`` of the motion. ``earlier``: what effects have offered to
         the same residual before, or where none has, what these do now.
         """
         square = float(np.mean(residual**2))
@@ -188,9 +188,9 @@ class Channel:
             # Channels begin with different effects, so that they seldom wait for the same.
             first = 4 * nominal.channel % max(len(known), 1)
             for name in (*known[first:], *known[:first]):
-                found[name] = (offered or {}).get(name) or self._offered(nominal, name, None)
-            if offered is not None and not offered:
-                offered.update(found)
+                found[name] = (earlier or {}).get(name) or self._offered(nominal, name, None)
+            if earlier is not None and not earlier:
+                earlier.update(found)
             self.gain = self._first_gain(history[self._thin])
         thinned = self.static[self._thin]
         rows = np.stack([residual[self._thin], np.ones(len(thinned)), *thinned.T])
@@ -324,6 +324,7 @@ class Channel:
                 found[name] = [*kept, self._again(self.nominal, name, moved[name])]
                 continue
             found[name] = [*kept] if effect.zoom else [*entries]
+            # At the full rate a closer look takes its time.
             if self.long and name not in beside and self._leaves_far_more(name):
                 continue
             alone = self.left(self.best(frozenset({name})))
@@ -340,13 +341,8 @@ class Channel:
 
     def _leaves_far_more(self, name: str) -> bool:
         """Whether an effect alone leaves many times what another one does, which is no walk."""
-        alone = {
-            other: self.left(self.best(frozenset({other})))
-            for other in self.entries
-            if other != WALK
-        }
-        least = max(min(alone.values()), self.effect_price)
-        return name in alone and alone[name] > HOPELESS * least
+        alone = {other: self.left(self.best(frozenset({other}))) for other in self.entries}
+        return alone[name] > HOPELESS * max(min(alone.values()), self.effect_price)
 
     def _says(self, name: str) -> bool:
         """Whether an effect says something alone, or of a short recording beside the best one."""

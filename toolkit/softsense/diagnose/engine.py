@@ -45,7 +45,7 @@ from softsense.notebook import Shown
 from softsense.recording import FrontEnd, Recording
 
 Floats = NDArray[np.float64]
-# Of each channel, the candidates of effects.
+# Of each channel, the candidates that effects have offered.
 Offered = list[dict[str, list[Entry]]]
 
 # Of what ``augment`` needs beside diagnosis.json: another one means other things.
@@ -217,27 +217,27 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         rest: Floats,
         names: Sequence[str],
         found: Sequence[variance.Finding],
-        offered: Offered | None = None,
+        earlier: Offered | None = None,
     ) -> tuple[list[Channel], Vetted]:
         noise = variance.noise_beside(rest, found)
         heard = by_channel(smooth + rest)
         hearing = [replace(nominal, heard=heard) for nominal in alone]
-        made = _channels(hearing, motion, rest, noise, own, missed, kept, names, offered)
+        made = _channels(hearing, motion, rest, noise, own, missed, kept, names, earlier)
         checked = vetted(made, search(made, names, strain), motion, strain)
         taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
         hurt = {c for f in found if f.name == "spikes" for c in f.channels}
         return made, _without_tails(made, checked, {c: float(taken[c]) for c in hurt})
 
-    settled, offered = False, None
+    settled, earlier = False, None
     if strain.left < min(SAYS_ALL, MOST * strain.gap):
         # Where play or a delay says it too, there is nothing else to look for.
         few = [name for name in known if name in moving() | ALIKE]
-        offered = [dict[str, list[Entry]]() for _ in alone]
-        channels, checked = looked(quiet, few, plain, offered)
+        earlier = [dict[str, list[Entry]]() for _ in alone]
+        channels, checked = looked(quiet, few, plain, earlier)
         settled = checked.models[0].names <= moving()
         settled = settled and left_share(channels, checked.models[0]) < SETTLED
     if not settled:
-        channels, checked = looked(quiet, known, plain, offered)
+        channels, checked = looked(quiet, known, plain, earlier)
     left = residual - said(channels, checked.models[0])
     read = _read(channels, checked.models[0], simulated)
     found = _found(left, checked, residual, read, motion, coarse, met, _tones(plain))
@@ -459,7 +459,7 @@ def _channels(
     missed: Floats,
     kept: Floats,
     known: Sequence[str],
-    offered: Offered | None,
+    earlier: Offered | None,
 ) -> list[Channel]:
     curve = _curve(motion)
     sigma = [_noise(*each) for each in zip(made, noise, np.sqrt(own), strict=True)]
@@ -467,7 +467,7 @@ def _channels(
     def channel(number: int) -> Channel:
         squares = float(own[number]), float(missed[number]), float(kept[number])
         given = made[number], residual[:, number], sigma[number], curve, known, *squares
-        return Channel(*given, motion.history, offered[number] if offered else None)
+        return Channel(*given, motion.history, earlier[number] if earlier else None)
 
     return all_at_once(channel, range(len(made)))
 
