@@ -200,6 +200,13 @@ class Nominal:
     known: dict[str, Any] = field(default_factory=dict, repr=False)
     known_of_strain: dict[Hashable, Any] = field(default_factory=dict, repr=False)
 
+    def once(self, name: str, make: Callable[[], Of]) -> Of:
+        """What ``make`` makes of the channel's signal, made once whatever samples are kept."""
+        if name not in self.known:
+            self.known[name] = make()
+        made: Of = self.known[name]
+        return made
+
     def once_for_all(self, name: Hashable, make: Callable[[], Of]) -> Of:
         """What ``make`` makes of the strain alone, at the samples to keep: made once for all
         channels, where these are few."""
@@ -210,13 +217,6 @@ class Nominal:
         if key not in self.known_of_strain:
             self.known_of_strain[key] = make()
         made: Of = self.known_of_strain[key]
-        return made
-
-    def once(self, name: str, make: Callable[[], Of]) -> Of:
-        """What ``make`` makes of the channel's signal, made once whatever samples are kept."""
-        if name not in self.known:
-            self.known[name] = make()
-        made: Of = self.known[name]
         return made
 
     @property
