@@ -2428,10 +2428,29 @@ def test_what_is_offered_before_is_offered_again() -> None:
     fresh = Channel(*given, ["gain", "lag"], *rest)
     assert offered.keys() == {"lag"}
     assert offered["lag"] is lag
+    assert np.shares_memory(both.entries["lag"][0].columns, lag[0].columns)
     for name in ("gain", "lag"):
         for one, other in zip(both.entries[name], fresh.entries[name], strict=True):
             assert one.at == other.at
             np.testing.assert_array_equal(one.columns, other.columns)
+
+
+def test_of_a_long_recording_what_leaves_far_more_is_not_looked_at_closely(monkeypatch) -> None:
+    module = importlib.import_module("softsense.diagnose.channel")
+    monkeypatch.setattr(module, "SEARCHED", 500)
+    x, codes = clean(2)
+    gap = np.where(np.arange(len(x)) > 3000, 40.0, 0.0)
+
+    def looked_at(beside: tuple[str, ...]) -> int:
+        made = first_channel(x, codes, gap, ["step", "drift"])
+        assert made.long
+        made.zoom((), beside, {}, {})
+        assert len(made.entries["step"]) > 1
+        return len(made.entries["drift"])
+
+    # Alone a drift says much of a step, and would be worth a look.
+    assert looked_at(()) == 1
+    assert looked_at(("drift",)) > 1
 
 
 def test_every_effect_that_explains_says_finite_columns() -> None:

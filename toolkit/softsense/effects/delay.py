@@ -100,12 +100,12 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
     return result
 
 
-def _pieces(nominal: Nominal, form: str) -> Floats:
+def _pieces(u: Floats, form: str) -> Floats:
     """(powers, samples - 1) polynomials of the way from one sample to the next."""
-    u = nominal.u
     if form == "linear":
         return np.stack([u[:-1], np.diff(u)])
-    return nominal.once("spline", lambda: CubicSpline(np.arange(len(u)), u).c[::-1])
+    spline: Floats = CubicSpline(np.arange(len(u)), u).c[::-1]
+    return spline
 
 
 def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
@@ -115,7 +115,7 @@ def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
     A constant delay meets every polynomial at the same place.
     """
     u, step = nominal.u, nominal.keep.step or 1
-    pieces = _pieces(nominal, form)
+    pieces = nominal.once(f"{form} pieces", lambda: _pieces(u, form))
     first = int(np.floor(-late))
     part = -late - first
     moved = np.full(len(u[::step]), u[0] if late > 0 else u[-1])

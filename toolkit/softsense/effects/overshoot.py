@@ -80,7 +80,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
     if "power" not in values:
         # Once more of one direction, it may be more of one end of the range.
-        speed = partial(_to_the, nominal, 1.0)
+        speed = partial(_speed, nominal)
         result += _traces(nominal, speed, {"power": 1.0}, near[::2], LADDERS_S, within=True)
         return result + _one_way(nominal, near)
     for power in (values["power"] * np.array([0.85, 1.0, 1.2])).tolist():
@@ -218,8 +218,7 @@ def _late(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
     result = []
     for power in LATE_POWERS:
-        speed = partial(late, power)
-        result += _traces(nominal, speed, {"power": power}, taus_s, (), form="late")
+        result += _traces(nominal, partial(late, power), {"power": power}, taus_s, (), form="late")
     return result
 
 
