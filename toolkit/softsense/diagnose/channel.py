@@ -235,6 +235,11 @@ class Channel:
             gain = likely_gain(residual - history @ weights, self.sigma)
         return gain
 
+    def gain_of(self, walk: Floats) -> float:
+        """The gain of a ``walk`` (samples,): from one sample that is searched to the next one it
+        goes farther than between all of them."""
+        return self.gain if self._thin.step == 1 else likely_gain(walk, self.sigma)
+
     def _better_gain(self) -> float:
         """The same beside what the best model with a walk says."""
         walks = [fit for (names, _), fit in self._best.items() if WALK in names]
@@ -630,12 +635,17 @@ class Channel:
         """(samples, p) of a candidate, at the full rate."""
         entry = self.entries[pick[0]][pick[1]]
         if self._thin.step == 1:
-            return entry.columns.astype(np.float64)
+            return self.whole(pick[0], entry)
         if pick not in self._whole:
-            nominal = entry.nominal or self.nominal
-            source = entry.number, entry.near, entry.place
-            self._whole[pick] = explained(nominal, pick[0], *source).columns
+            self._whole[pick] = self.whole(pick[0], entry)
         return self._whole[pick]
+
+    def whole(self, name: str, entry: Entry) -> Floats:
+        """(samples, p) the columns of an ``entry`` of the effect ``name``, at the full rate."""
+        if self._thin.step == 1:
+            return entry.columns.astype(np.float64)
+        source = entry.number, entry.near, entry.place
+        return explained(entry.nominal or self.nominal, name, *source).columns
 
     def disturbed(self, pick: Pick, noise: Floats) -> Floats:
         """(samples, p) the columns of a candidate where ``noise`` (samples,) is on what it acts on,

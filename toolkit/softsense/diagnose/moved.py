@@ -263,10 +263,11 @@ def _entries(
     """The entries of effects of the motion upon a ``nominal`` signal of the channel, each acting on
     what the one before has done."""
     result: dict[str, Entry] = {}
-    now = nominal
+    now, done = nominal, np.zeros(len(nominal.u))
     for name in values:
         entry = channel.fine(now, name, values[name], forms[name])
         result[name] = replace(entry, nominal=now)
         if len(result) < len(values):
-            now = nominal.acting_on(nominal.u + _change(result), entry.candidate.moved)
+            done += channel.whole(name, result[name])[:, 0]
+            now = nominal.acting_on(nominal.u + done, entry.candidate.moved)
     return result

@@ -255,7 +255,7 @@ def _alike(channels: Sequence[Channel], best: Model, slow: bool) -> bool:
         return False
     if best.names & moving():
         return not slow and _strained(walks)
-    news = np.stack([innovations(walk[:, None], channel.gain)[:, 0] for channel, walk in walks])
+    news = np.stack([innovations(w[:, None], channel.gain_of(w))[:, 0] for channel, w in walks])
     moves = np.diff(np.stack([levels(walk) for _, walk in walks]), axis=1)
     most = MUCH_ALIKE if slow else ALIKE
     return _shared(news) * news.shape[1] > most and _shared(moves) > MOVES_ALIKE
@@ -314,7 +314,7 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
     if "saturation" in said:
         railed = np.abs(said["saturation"]) >= channel.sigma
         where &= ~binary_dilation(railed, iterations=CALM)
-    return wandering.jerky(walk, channel.gain, where, not moved)
+    return wandering.jerky(walk, channel.gain_of(walk), where, not moved)
 
 
 def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
