@@ -48,6 +48,8 @@ LEAST_STROKES = 2
 # either side, of so many times their width.
 EXPECTED = 12.0
 AROUND_LOST = 4
+# And more than this share of as many codes anywhere: what spikes reach is read seldom.
+SELDOM = 0.03
 # Their stretches are as wide within so many codes, for noise rounds them.
 LOST_ROUNDED = 2
 # And by so many times the power of what the simulation never meets.
@@ -368,7 +370,8 @@ def _never(codes: NDArray[np.int32]) -> tuple[Floats, float]:
     before = here - counted[np.searchsorted(there, below - wide)]
     after = counted[np.searchsorted(there, above + wide, side="right")] - here
     expected = (above - below - 1) * np.minimum(before, after) / (wide + 1)
-    lost = expected > EXPECTED
+    seldom = SELDOM * (above - below - 1) * len(codes) / np.ptp(codes)
+    lost = expected > np.maximum(EXPECTED, seldom)
     power = float((expected * (above - below) ** 2 / 12.0)[lost].sum() / len(codes))
     if not lost.any():
         return np.zeros((0, 3)), power
