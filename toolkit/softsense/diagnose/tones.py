@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from itertools import pairwise
 
@@ -37,6 +38,7 @@ STRETCH = 32_768
 # So many signals without their tones are kept, if no longer than that: each is asked for again, to
 # see if there are spikes too and what effects leave.
 KEPT = 32
+KEPT_SAMPLES = 2_000_000
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5, 1.2)
@@ -77,6 +79,11 @@ LOW_HARMONIC = 5
 SHARP_RATIO = 40.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
+# One that keeps time, whatever its shape, needs no such time. Parts of a long recording say which
+# way to see a tone is best: so many, of so many of the longest of these times at least.
+KEEPS_TIME = np.inf
+PARTS = 3
+PART_TIMES = 3.0
 # And so often are spikes looked for that it had hidden, each time smaller ones.
 AGAIN = 3
 # A tone that is switched on and off shows within so long and so many of its periods; an instant
@@ -100,17 +107,30 @@ def _turns(frequency: Floats | float, samples: int, dt_s: float) -> Complex:
     return np.asarray(np.exp(2j * np.pi * turned))
 
 
-def _size(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Complex:
+class _While:
+    """While a tone is ``on``: (samples,) 0 or 1."""
+
+    def __init__(self, on: Floats) -> None:
+        self.on = on
+        self._weights: dict[int, Floats] = {}
+
+    def mean(self, values: Complex, samples: int) -> Complex:
+        """(samples,) ``values`` averaged over so many about each while it is on; else 0."""
+        window = np.hanning(samples + 2)[: len(values)]
+        if samples not in self._weights:
+            there = oaconvolve(self.on, window, "same")
+            self._weights[samples] = np.where(self.on > 0.0, there, np.inf)
+        mean: Complex = oaconvolve(values * self.on, window, "same") / self._weights[samples]
+        return mean
+
+
+def _size(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: _While) -> Complex:
     """(samples,) half the size and phase that a wave of these ``turns`` (samples,) has in
-    ``signal``, averaged over ``window_s`` while it is ``on`` (samples,) 0 or 1; else 0."""
-    window = np.hanning(round(window_s / dt_s) + 2)[: len(signal)]
-    weight = np.where(on > 0.0, oaconvolve(on, window, "same"), np.inf)
-    mixed = (signal - signal.mean()) * turns.conj()
-    size: Complex = oaconvolve(mixed * on, window, "same") / weight
-    return size
+    ``signal``, averaged over ``window_s`` while it is ``on``; else 0."""
+    return on.mean((signal - signal.mean()) * turns.conj(), round(window_s / dt_s))
 
 
-def _wave(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: Floats) -> Floats:
+def _wave(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: _While) -> Floats:
     """What ``signal`` has of such a wave, size and phase wandering slowly: mixed down to 0 Hz,
     averaged, and mixed up again."""
     wave: Floats = 2.0 * (_size(signal, turns, dt_s, window_s, on) * turns).real
@@ -122,7 +142,7 @@ def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, in
     switched."""
     window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
     turns = _turns(frequency, len(signal), dt_s)
-    size = np.abs(_size(signal, turns, dt_s, window_s, np.ones(len(signal))))
+    size = np.abs(_size(signal, turns, dt_s, window_s, _While(np.ones(len(signal)))))
     on = size > 0.5 * np.quantile(size, 0.9)
     edges = np.flatnonzero(np.diff(on)) + 1
     if not len(edges):
@@ -207,7 +227,7 @@ def without_tone(signal: Floats, frequency: float, dt_s: float) -> Floats:
 
 def _toneless(signal: Floats, frequency: float, dt_s: float) -> Floats:
     """``signal`` without the tone of ``frequency`` (Hz), and without its harmonics, which fold."""
-    if len(signal) > STRETCH:
+    if len(signal) > KEPT_SAMPLES:
         return _apart(signal, frequency, dt_s)
     return _kept(signal.tobytes(), frequency, dt_s)
 
@@ -220,36 +240,81 @@ def _kept(samples: bytes, frequency: float, dt_s: float) -> Floats:
 
 
 def _apart(signal: Floats, frequency: float, dt_s: float) -> Floats:
-    """The same, made now."""
+    """The same, made now: whatever way to see the tone leaves least. Of a long recording parts say
+    which that is."""
     moving = _moving(signal, dt_s, 0.5 * frequency)
     courses: list[Floats | float] = [frequency]
     if moving is not None and np.abs(moving - frequency).min() < SAME_HZ:
         courses.append(moving)
     always, switched = (np.ones(len(signal)), 0), _switched(signal, frequency, dt_s)
-    made = []
-    for on, times in [always, switched] if switched[1] else [always]:
-        for turns in (_turns(course, len(signal), dt_s) for course in courses):
-            as_waves = []
-            for window_s in TONES_S:
-                if window_s * frequency < TONE_PERIODS:
-                    continue
-                rest = signal
-                for _ in range(TWICING):
-                    rest = rest - _wave(rest, turns, dt_s, window_s, on)
-                wave = signal - rest
-                rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
-                changes = TONE_PRICE * dt_s / window_s + SWITCH_PRICE * times / len(signal)
-                as_waves.append((_left_of(rest, changes * waves), rest))
-            made += as_waves
-            if not as_waves or as_waves[0] is not min(as_waves, key=lambda one: one[0]):
-                continue
-            # It keeps time: all its harmonics at once. What is slow would fold, too.
-            slow = uniform_filter1d(as_waves[0][1], SLOWER)
-            if np.var(slow) < np.var(signal - as_waves[0][1]):
-                rest = slow + _folded(signal - slow, turns, dt_s, on)
-                changes = (SWITCH_PRICE * times + TONE_PRICE) / len(signal) + 2.0 / FOLD
-                made.append((_left_of(rest, changes), rest))
-    return min(made, key=lambda one: one[0])[1]
+    given = [
+        (_While(on), SWITCH_PRICE * times, _turns(course, len(signal), dt_s))
+        for on, times in ([always, switched] if switched[1] else [always])
+        for course in courses
+    ]
+    windows = [window_s for window_s in TONES_S if window_s * frequency >= TONE_PERIODS]
+    parts = _parts(len(signal), round(PART_TIMES * TONES_S[0] / dt_s))
+    if parts is None:
+        whole = [_seen(signal, *one, len(signal), frequency, dt_s, windows) for one in given]
+        return min((way for ways in whole for way in ways.values()), key=lambda way: way[0])[1]
+    costs: dict[tuple[int, float], list[float]] = {}
+    for number, (on, price, turns) in enumerate(given):
+        for part in parts:
+            there = _While(on.on[part]), price, turns[part], len(signal), frequency, dt_s, windows
+            for kind, (cost, _) in _seen(signal[part], *there).items():
+                costs.setdefault((number, kind), []).append(cost)
+    number, kind = min(costs, key=lambda way: (-len(costs[way]), sum(costs[way])))
+    alone = _seen(signal, *given[number], len(signal), frequency, dt_s, windows, kind)
+    return min(alone.values(), key=lambda way: way[0])[1]
+
+
+def _parts(samples: int, least: int) -> list[slice] | None:
+    """``PARTS`` stretches of a long recording, of ``least`` samples at least; None of others."""
+    length = max(STRETCH // 4, least)
+    if samples <= max(STRETCH, PARTS * length):
+        return None
+    begins = np.linspace(0, samples - length, PARTS).astype(int).tolist()
+    return [slice(begin, begin + length) for begin in begins]
+
+
+def _seen(
+    signal: Floats,
+    on: _While,
+    price: float,
+    turns: Complex,
+    samples: int,
+    frequency: float,
+    dt_s: float,
+    windows: Sequence[float],
+    only: float | None = None,
+) -> dict[float, tuple[float, Floats]]:
+    """What a tone with these ``turns`` (samples,) leaves of ``signal`` while it is ``on``, and what
+    that costs: by the window (s) in which it may change, of ``windows``, or ``KEEPS_TIME``.
+
+    ``price``: of the instants that switch it, in a recording of so many ``samples``. ``only``: one
+    of these ways.
+    """
+    seen: dict[float, tuple[float, Floats]] = {}
+    for window_s in windows if only in (None, KEEPS_TIME) else [only]:
+        rest = signal
+        for _ in range(TWICING):
+            rest = rest - _wave(rest, turns, dt_s, window_s, on)
+        wave = signal - rest
+        rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
+        changes = TONE_PRICE * dt_s / window_s + price / samples
+        seen[window_s] = _left_of(rest, changes * waves), rest
+        if only == KEEPS_TIME:
+            break
+    if not seen or min(seen, key=lambda kind: seen[kind][0]) != windows[0]:
+        return seen
+    # It keeps time: all its harmonics at once. What is slow would fold, too.
+    rest = seen[windows[0]][1]
+    slow = uniform_filter1d(rest, SLOWER)
+    if np.var(slow) < np.var(signal - rest):
+        rest = slow + _folded(signal - slow, turns, dt_s, on)
+        changes = (price + TONE_PRICE) / samples + 2.0 / FOLD
+        seen[KEEPS_TIME] = _left_of(rest, changes), rest
+    return seen
 
 
 def _left_of(rest: Floats, changes: float) -> float:
@@ -262,14 +327,14 @@ def _left_of(rest: Floats, changes: float) -> float:
     return float(np.var(plain)) + (changes + sharp) * noise**2
 
 
-def _folded(signal: Floats, turns: Complex, dt_s: float, on: Floats) -> Floats:
+def _folded(signal: Floats, turns: Complex, dt_s: float, on: _While) -> Floats:
     """``signal`` without what comes again with each of the ``turns`` (samples,) while it is ``on``,
     whatever its shape: the median of what is at nearly the same phase."""
     size = _size(signal, turns, dt_s, TONES_S[0], on)
     times = np.arange(len(signal))
-    late = np.polyval(np.polyfit(times, np.unwrap(np.angle(size)), 1, w=on), times)
+    late = np.polyval(np.polyfit(times, np.unwrap(np.angle(size)), 1, w=on.on), times)
     order = np.argsort((np.angle(turns) + late) % (2.0 * np.pi))
-    order = order[on[order] > 0.0]
+    order = order[on.on[order] > 0.0]
     there, rest = signal[order], signal.copy()
     shape = median_filter(there, FOLD, mode="wrap")
     # At an edge a sample is of the side that it is closer to: nobody knows the phase so well.
@@ -281,7 +346,7 @@ def _folded(signal: Floats, turns: Complex, dt_s: float, on: Floats) -> Floats:
 
 
 def _without_harmonics(
-    rest: Floats, wave: Floats, frequency: float, dt_s: float, window_s: float, on: Floats
+    rest: Floats, wave: Floats, frequency: float, dt_s: float, window_s: float, on: _While
 ) -> tuple[Floats, int]:
     """``rest`` without the harmonics of a tone ``wave`` (samples,) of ``frequency`` (Hz) that is
     ``on`` or off, and how many waves that are, the tone among them."""
@@ -374,7 +439,8 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
             return None
     at, peaks = spectra[0][1], np.argmax(ratios, axis=1)
     # What is far from its neighbours is another line, or chance.
-    usual = np.array([np.median(peaks[lit[max(k - 4, 0) : k + 5]]) for k in range(len(lit))])
+    beside = np.pad(peaks[lit].astype(np.float64), 4, constant_values=np.nan)
+    usual = np.nanmedian(np.lib.stride_tricks.sliding_window_view(beside, 9), axis=1)
     lit = lit[np.abs(peaks[lit] - usual) <= 2 * FRAME_STEP]
     steps = np.abs(np.diff(peaks[lit])) / np.diff(lit)
     if len(lit) < LIT_PART * len(begins) or np.mean(steps > FRAME_STEP) > 0.1:
