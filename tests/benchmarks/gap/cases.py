@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 Random = np.random.Generator
 
 DT_S = 0.05
-SAMPLES = 8000
+USUAL = SAMPLES = 8000
 # Of the second recording, of another motion, and of the move between that nobody records.
 LATER = 4000
 BETWEEN = 100
@@ -677,7 +677,7 @@ def make(seed: int, names: tuple[str, ...], excitation: str, held_out: bool) -> 
             continue
         truth[name] = tuple(int(c) for c in chosen)
         if name == "step":
-            onset = float(rng.uniform(80.0, 320.0))
+            onset = float(rng.uniform(80.0, 320.0)) * SAMPLES / USUAL
         for c in chosen:
             # Parameters are shared by the channels, and chance is not.
             own = np.random.default_rng([stream, c] if name in CHANCE else stream)
