@@ -35,6 +35,7 @@ from softsense.diagnose.nominal import (
     reference_of,
 )
 from softsense.diagnose.search import Model, _fewest_first, _walk_last, by_price, priced
+from softsense.diagnose.tones import without_tone
 from softsense.diagnose.variance import Finding, cleaned, evident, findings, noise_beside
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.diagnose.wandering import jerky, moved_by
@@ -1104,6 +1105,51 @@ def test_a_long_recordings_motion_is_looked_at_closely_on_one_channel(monkeypatc
     assert (effect["name"], effect["channels"]) == ("backlash", ["s1", "s2", "s3", "s4"])
     assert abs(effect["parameters"]["width"]["value"] - 0.08) < 0.004
     assert len(set(closely)) == 1
+
+
+def test_a_late_clock_after_play_is_both_where_samples_are_thinned(monkeypatch) -> None:
+    monkeypatch.setattr(sys.modules[Channel.__module__], "SEARCHED", 2000)
+    x, codes = clean(58)
+    played, at, index = np.empty(SAMPLES), x[0], np.arange(SAMPLES)
+    for k, strain in enumerate(x):
+        at = min(max(at, strain - 0.04), strain + 0.04)
+        played[k] = at
+    late = np.stack([np.interp(index - 1.6, index, c) for c in sensed(played).T], axis=1)
+    result = diagnose(recorded(x, codes, 1), recorded(x, late, 2))
+    assert set(result.effects) == {"backlash", "delay"}
+    assert result.data["after"]["shrink"] > 0.98
+
+
+def test_a_walk_is_one_where_its_samples_are_thinned(monkeypatch) -> None:
+    channel = sys.modules[Channel.__module__]
+    monkeypatch.setattr(channel, "LONG", 0)
+    monkeypatch.setattr(channel, "SEARCHED_OF_LONG", 600)
+    x, codes = clean(59, 30_000)
+    walks = np.cumsum(np.random.default_rng(4).normal(0.0, 0.5, codes.shape), axis=0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + walks, 2))
+    assert result.effects == ("random_walk",)
+
+
+def test_what_spikes_seldom_reach_is_no_lost_code() -> None:
+    rng, samples = np.random.default_rng(5), 400_000
+    base = 1400.0 + 250.0 * np.sin(np.arange(samples) / 40.0)[:, None]
+    spiky = base + 900.0 * (rng.random(base.shape) < 0.003)
+    x = np.sin(np.arange(samples) / 40.0)
+    sim, real = recorded(x, base, 1), recorded(x, spiky, 2)
+    assert not len(lost_codes(real, sim))
+    # A converter that gives one code of 40 has lost the others, spikes or not.
+    assert len(lost_codes(replace(real, codes=real.codes // 40 * 40), sim)) > 0
+
+
+@pytest.mark.parametrize("kind", ["steady", "wandering", "switched"])
+def test_a_tone_is_taken_out_of_a_long_signal_as_parts_see_it(kind: str) -> None:
+    rng, samples = np.random.default_rng(6), 120_000
+    t = np.arange(samples) / RATE_HZ
+    phase = np.cumsum(rng.normal(0.0, 0.02, samples)) if kind == "wandering" else 0.0
+    on = np.sin(2.0 * np.pi * t / 70.0) > -0.3 if kind == "switched" else 1.0
+    noise = rng.normal(size=samples)
+    rest = without_tone(noise + 12.0 * on * np.sin(2.0 * np.pi * 3.7 * t + phase), 3.7, 1 / RATE_HZ)
+    assert np.std(rest) < {"steady": 1.01, "wandering": 1.3, "switched": 1.2}[kind]
 
 
 @pytest.mark.parametrize("jumps", [False, True])
