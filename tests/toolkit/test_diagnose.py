@@ -1986,7 +1986,7 @@ def test_walks_are_another_effects_only_where_most_of_them_is(monkeypatch) -> No
     rng = np.random.default_rng(14)
     own = np.cumsum(rng.normal(size=(3, 8000)), axis=1) + rng.normal(size=(3, 8000))
     common = lfilter([1.0], [1.0, -0.95], rng.normal(size=8000))
-    channel = SimpleNamespace(gain=0.6)
+    channel = SimpleNamespace(gain_of=lambda walk: 0.6)
     for share, said in ((0.4, False), (3.0, True)):
         walks = [(channel, walk + share * common) for walk in own]
         monkeypatch.setattr(vetting, "walks_of", lambda channels, best, walks=walks: walks)
@@ -2049,7 +2049,7 @@ def test_what_a_rail_leaves_beside_it_is_no_jump_of_a_walk(off: int, jumps: bool
         weighted=lambda fit: [(("saturation", 0), np.array([50.0]))],
         nominal=SimpleNamespace(rate=np.ones(SAMPLES)),
         sigma=1.0,
-        gain=0.25,
+        gain_of=lambda walk: 0.25,
     )
     made = Model(frozenset({"random_walk", "saturation"}), (None,), 1.0)
     assert bool(vetting._jerky_on([channel], made, 0)) is jumps

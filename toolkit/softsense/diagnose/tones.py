@@ -305,7 +305,8 @@ def _seen(
         seen[window_s] = _left_of(rest, changes * waves), rest
         if only == KEEPS_TIME:
             break
-    if not seen or min(seen, key=lambda kind: seen[kind][0]) != windows[0]:
+    steady = min(seen, key=lambda kind: seen[kind][0]) == windows[0]
+    if not steady or only not in (None, KEEPS_TIME):
         return seen
     # It keeps time: all its harmonics at once. What is slow would fold, too.
     rest = seen[windows[0]][1]
