@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 Random = np.random.Generator
 
 DT_S = 0.05
+# Of the first recording; a step in one of another length is where it is in a usual one.
 USUAL = SAMPLES = 8000
 # Of the second recording, of another motion, and of the move between that nobody records.
 LATER = 4000

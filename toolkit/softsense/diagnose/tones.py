@@ -35,8 +35,8 @@ MOTION_LINES = 10
 BEYOND_MOTION = 30.0
 # So much of a long recording says how large a tone is beside the noise.
 STRETCH = 32_768
-# So many signals without their tones are kept, if no longer than that: each is asked for again, to
-# see if there are spikes too and what effects leave.
+# So many signals without their tones are kept, of no more samples than these: each is asked for
+# again, to see if there are spikes too and what effects leave.
 KEPT = 32
 KEPT_SAMPLES = 2_000_000
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
@@ -44,6 +44,12 @@ KEPT_SAMPLES = 2_000_000
 TONES_S = (20.0, 7.0, 2.5, 1.2)
 TONE_PERIODS = 4.0
 TONE_PRICE = 24.0
+# A tone that keeps time, whatever its shape, needs no such time.
+KEEPS_TIME = np.inf
+# So many parts of a long recording say how a tone is seen best, each of so many of the longest of
+# these times at least.
+PARTS = 3
+PART_TIMES = 3.0
 # So many samples of nearly one phase make a tone of any shape, and so many may be of another side
 # of an edge of it.
 FOLD, EDGE = 31, 7
@@ -79,11 +85,6 @@ LOW_HARMONIC = 5
 SHARP_RATIO = 40.0
 # What comes and goes faster is left in part: so often is the rest looked at again.
 TWICING = 4
-# One that keeps time, whatever its shape, needs no such time. Parts of a long recording say which
-# way to see a tone is best: so many, of so many of the longest of these times at least.
-KEEPS_TIME = np.inf
-PARTS = 3
-PART_TIMES = 3.0
 # And so often are spikes looked for that it had hidden, each time smaller ones.
 AGAIN = 3
 # A tone that is switched on and off shows within so long and so many of its periods; an instant
@@ -295,7 +296,9 @@ def _seen(
     of these ways.
     """
     seen: dict[float, tuple[float, Floats]] = {}
-    for window_s in windows if only in (None, KEEPS_TIME) else [only]:
+    steady = only is None or only == KEEPS_TIME
+    tried = windows if only is None else windows[:1] if steady else [only]
+    for window_s in tried:
         rest = signal
         for _ in range(TWICING):
             rest = rest - _wave(rest, turns, dt_s, window_s, on)
@@ -303,10 +306,7 @@ def _seen(
         rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
         changes = TONE_PRICE * dt_s / window_s + price / samples
         seen[window_s] = _left_of(rest, changes * waves), rest
-        if only == KEEPS_TIME:
-            break
-    steady = min(seen, key=lambda kind: seen[kind][0]) == windows[0]
-    if not steady or only not in (None, KEEPS_TIME):
+    if not steady or min(seen, key=lambda kind: seen[kind][0]) != windows[0]:
         return seen
     # It keeps time: all its harmonics at once. What is slow would fold, too.
     rest = seen[windows[0]][1]
