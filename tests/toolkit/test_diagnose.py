@@ -1258,6 +1258,23 @@ def test_a_rail_may_be_deep_or_sink(rail: str) -> None:
     assert result.data["unexplained"]["share"] < 1e-3
 
 
+def test_a_rail_that_gives_way_slowly_is_no_converters_curve(tmp_path: Path) -> None:
+    x, codes = clean(15)
+    low, span = codes.min(axis=0), np.ptp(codes, axis=0)
+
+    def railed(codes: np.ndarray) -> np.ndarray:
+        return codes - 70.0 * np.maximum((codes - low) / span - 0.12, 0.0) ** 2.6
+
+    result = diagnose(recorded(x, codes, 1), recorded(x, railed(codes), 2))
+    assert result.effects == ("saturation",)
+    assert {o["name"] for o in result.data["effects"][0]["alternatives"]} >= {"adc_nonlinearity"}
+    later, further = clean(16)
+    folder.write(result, recorded(x, codes, 1), recorded(x, railed(codes), 2), tmp_path)
+    made = augment(folder.read(tmp_path), recorded(later, further, 3))
+    left = made.codes - recorded(later, railed(further), 3).codes
+    assert np.sqrt(np.mean(left**2)) < 1.0
+
+
 @pytest.mark.parametrize("rings", [False, True])
 def test_a_strain_that_no_play_or_delay_says_is_unknown(rings: bool) -> None:
     """A spindle that is not even, or a frame that rings when it is struck."""

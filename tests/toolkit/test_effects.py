@@ -23,6 +23,7 @@ from softsense.diagnose.nominal import history_basis, motion_of, nominals, refer
 from softsense.effects import Candidate, Context, all_effects, effect, operators
 from softsense.effects.hysteresis import _plane
 from softsense.effects.operators import first_order_hold, low_pass
+from softsense.effects.saturation import is_rail
 from softsense.errors import SoftsenseError
 
 DT_S = 0.05
@@ -517,6 +518,20 @@ def test_saturation_touches_only_the_top() -> None:
     assert (soft <= hard + 1e-12).all()
     assert np.abs(soft - hard).max() == pytest.approx(0.02 * np.log(2), rel=0.02)
     assert (np.diff(soft[:, 0]) > 0).all()
+
+
+def test_a_rail_is_flat_and_then_falls_off() -> None:
+    u = np.sort(np.random.default_rng(3).uniform(1200.0, 2600.0, 4000))
+    share = (u - 1200.0) / 1400.0
+    soft = -80.0 * np.logaddexp(0.0, (share - 0.7) / 0.08) * 0.08
+    for rail in (np.minimum(u, 2000.0) - u, soft, -50.0 * np.maximum(share - 0.1, 0.0) ** 3):
+        assert is_rail(u, rail)
+        assert is_rail(-u, -rail)
+        assert not is_rail(u, -rail)
+    bow, s_shape = np.sin(np.pi * u / 4096.0), np.sin(2.0 * np.pi * u / 4096.0)
+    line, ripple = share, np.sin(9.0 * share)
+    for curve in (bow, s_shape, -bow, -s_shape, line, -line, -(share**2), ripple):
+        assert not is_rail(u, 30.0 * curve)
 
 
 @pytest.mark.parametrize("form", effect("adc_nonlinearity").forms)

@@ -259,8 +259,11 @@ class Channel:
 
     def _searched(self, candidate: Candidate) -> Floats:
         """(searched samples, p) the columns of a candidate."""
-        columns = candidate.columns
-        return columns[self._thin] if len(columns) == len(self.residual) else columns
+        return self.searched(candidate.columns)
+
+    def searched(self, values: Floats) -> Floats:
+        """Of ``values`` (samples, …) or (searched samples, …) those that the search looks at."""
+        return values[self._thin] if len(values) == len(self.residual) else values
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""

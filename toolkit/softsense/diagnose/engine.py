@@ -36,6 +36,7 @@ from softsense.diagnose.nominal import (
     spline_basis,
     told,
 )
+from softsense.diagnose.rails import railed
 from softsense.diagnose.search import Model, moving, search
 from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted
 from softsense.effects import Nominal, all_effects, by_channel
@@ -224,6 +225,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         hearing = [replace(nominal, heard=heard) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, kept, names, earlier)
         checked = vetted(made, search(made, names, strain), motion, strain)
+        checked = replace(checked, models=railed(made, checked.models))
         taken = np.sum((residual - rest) ** 2, axis=0) / noise**2
         hurt = {c for f in found if f.name == "spikes" for c in f.channels}
         return made, _without_tails(made, checked, {c: float(taken[c]) for c in hurt})

@@ -46,9 +46,11 @@ REFERENCE_S = 400.0
 BEFORE_CURVE = "before_curve"
 ELASTIC = "elastic"
 CALIBRATED = "calibrated"
-MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED})
 # Of what a candidate is near: it is just that.
 EXACTLY = "exactly"
+# Or it is a rail whose shape is as free as a converter's curve.
+AS_CURVE = "as_curve"
+MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED, AS_CURVE})
 # What relaxes or lags behind, of the span, before it matters which of them is meant.
 STRESSED = 0.004
 # So many samples at most are kept of what all channels ask for.

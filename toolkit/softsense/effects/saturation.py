@@ -7,7 +7,19 @@ from functools import partial
 
 import numpy as np
 
-from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects import (
+    AS_CURVE,
+    Candidate,
+    Context,
+    Effect,
+    Floats,
+    Nominal,
+    Parameter,
+    State,
+    Values,
+    adc_nonlinearity,
+    altered,
+)
 
 # Widths of the knee as shares of the signal's range, and what is tried near one: far and close, for
 # the next look is around what is best.
@@ -25,6 +37,13 @@ INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
 SAGS = np.array([0.02, 0.045, 0.1])
 # What of the signal comes through beyond a rail.
 THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2, 0.27, 0.35, 0.45)
+# A curve is a rail that is flat up to somewhere, and falls off from there: in shares of all that it
+# falls, by how much it may rise before and after, and may have fallen at these shares of the range.
+# Of that there are so many cells, and so much at each end is rarely met.
+CELLS = 100
+ENDS_RARE = 0.002
+WAVERS = 0.12
+FALLEN = {0.3: 0.06, 0.5: 0.25}
 
 
 def simulate(
@@ -48,7 +67,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one level and one knee, also where a part comes through; or both rails, or
-    an upper one that sinks. Around one of those, closer."""
+    an upper one that sinks. Around one of those, closer. Or any curve."""
+    if AS_CURVE in values:
+        return [altered(one, values={AS_CURVE: 1.0}) for one in adc_nonlinearity.explain(nominal)]
     around = np.concatenate([-AROUND[::-1], [0.0], AROUND]) * nominal.span
     knee = np.array([values["knee"] * nominal.full_scale])
     knees = knee * NEAR if knee else SHARP * nominal.span
@@ -69,6 +90,28 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         *_between(nominal, levels, knee, bottoms),
         *(_sagging(nominal, ends["level"][1::2], knee, nominal.span * SAGS) if upper else ()),
     ]
+
+
+def is_rail(u: Floats, change: Floats) -> bool:
+    """Whether a ``change`` (samples,) of the signal ``u`` (samples,) has the shape of an upper or
+    a lower rail."""
+    low, high = np.quantile(u, [ENDS_RARE, 1.0 - ENDS_RARE])
+    cells = np.rint(np.clip((u - low) / max(high - low, 1e-12), 0.0, 1.0) * CELLS).astype(np.intp)
+    counts = np.bincount(cells, minlength=CELLS + 1)
+    met = np.flatnonzero(counts)
+    means = np.bincount(cells, change, CELLS + 1)[met] / counts[met]
+    curve = np.interp(np.arange(CELLS + 1), met, means)
+    return _falls_off(curve) or _falls_off(-curve[::-1])
+
+
+def _falls_off(curve: Floats) -> bool:
+    """Whether a ``curve`` (cells,) is flat, and then falls."""
+    top = int(np.argmax(curve))
+    falls = curve[top] - curve[-1]
+    before = curve[top] - curve[: top + 1].min()
+    after = np.maximum(np.diff(curve[top:]), 0.0).sum()
+    late = all(curve[top] - curve[round(at * CELLS)] < part * falls for at, part in FALLEN.items())
+    return bool(late and max(before, after) < WAVERS * falls)
 
 
 def _traces(nominal: Nominal, levels: Floats, knees: Floats) -> list[Candidate]:
