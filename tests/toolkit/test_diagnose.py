@@ -1486,6 +1486,23 @@ def test_a_tone_that_is_loud_on_one_channel_is_heard_on_others_beside_walks() ->
     assert all(effect["channels"] == list(real.sensors) for effect in result.data["effects"])
 
 
+@pytest.mark.parametrize(
+    ("hertz", "noise", "said"),
+    [((3.656,), 14.0, {"interference", "noise"}), ((0.818, 0.588), 1.3, {"interference"})],
+)
+def test_channels_seem_to_hear_no_tone_of_each_other(
+    hertz: tuple[float, ...], noise: float, said: set[str]
+) -> None:
+    """Tones that are little beside a loud noise, or slow, on several channels at once."""
+    x, codes = clean(47)
+    t = np.arange(len(x)) / RATE_HZ
+    tones = sum(np.sin(2.0 * np.pi * f * t) for f in hertz)
+    made = codes + 1.1 * noise * tones[:, None] * np.array([1.0, 1.5, 0.0, 0.8])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2, noise))
+    assert set(result.effects) == said
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_a_tone_that_fades_in_and_out_is_nothing_else() -> None:
     """It is off for most of the time, so that little of it is in its line."""
     x, codes = clean(42)

@@ -69,8 +69,8 @@ SPIKE_STANDS = 0.5
 MORE_TONES = 2
 LEAST_TONE = 0.05
 # Of a tone that is taken out before all else: its power, of the noise's, and what is no motion.
-LOUD_TONE = 2.0
-FAST_HZ = 1.0
+LOUD_TONE = 0.5
+FAST_HZ = 0.4
 
 
 @dataclass(frozen=True)
