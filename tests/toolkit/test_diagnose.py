@@ -1229,6 +1229,19 @@ def test_play_of_any_width_in_any_place_is_backlash(drive: str) -> None:
     assert np.std((again - made)[500:]) < 0.08 * np.std(made - codes)
 
 
+def test_slack_about_a_pose_is_backlash() -> None:
+    """A joint that is loose where it is straight passes nothing on while it goes through there."""
+    x, codes = clean(18)
+    loose = 0.44 + np.sign(x - 0.44) * np.maximum(np.abs(x - 0.44) - 0.03, 0.0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(loose), 2))
+    assert result.effects == ("backlash",)
+    assert {trace.form for trace in result.traces} == {"dead_zone"}
+    pose, width = (result.data["effects"][0]["parameters"][key] for key in ("pose", "width"))
+    assert pose["value"] == pytest.approx(0.44, abs=0.005)
+    assert width["value"] == pytest.approx(0.06, abs=0.003)
+    assert result.data["unexplained"]["share"] < 1e-3
+
+
 def test_what_creeps_behind_worn_play_is_told_beside_it() -> None:
     """Play of which one side is worn where the strain is large: a clock that wanders would say more
     of what the creep leaves."""

@@ -30,6 +30,9 @@ REACH = 0.25
 BESIDE = (0.1, 0.2, 0.3)
 # Slack at rest, in widths of the play behind it.
 SLACK = (0.25, 0.5, 1.0)
+# Poses of the range about which nothing is passed on, and how many widths are tried there.
+POSES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)
+WIDTHS_THERE = 7
 # To which face the drive goes at its zero, in halves of the play.
 ZEROED = (-1.0, -0.3, 0.3, 1.0)
 # How long faces that give way take.
@@ -70,10 +73,13 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """What the channel says of the played strain less what it says of the strain, weight 1."""
-    return _traces(nominal, np.geomspace(0.004, 0.3, 22)) + _dead(
-        nominal, np.geomspace(0.01, 0.3, 10)
-    )
+    """What the channel says of the played strain less what it says of the strain, weight 1; or
+    behind slack, at rest or about a pose."""
+    return [
+        *_traces(nominal, np.geomspace(0.004, 0.3, 22)),
+        *_dead(nominal, np.geomspace(0.01, 0.3, 10)),
+        *_formed(nominal, "pose", np.geomspace(0.01, 0.3, WIDTHS_THERE), POSES),
+    ]
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -147,6 +153,14 @@ def _taut(nominal: Nominal, slack: float) -> Floats:
     """(samples,) the strain where so much slack is taken up first."""
     taut: Floats = np.maximum(nominal.strain - slack, 0.0)
     return taut
+
+
+def _about_pose(nominal: Nominal, width: float, pose: float) -> Floats:
+    """Nothing is passed on within half a width of a ``pose``, to either side (a dead zone: Tao and
+    Kokotovic, Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996)."""
+    beyond = nominal.strain - pose
+    moved: Floats = pose + np.sign(beyond) * np.maximum(np.abs(beyond) - 0.5 * width, 0.0)
+    return moved
 
 
 def _worn_in_places(nominal: Nominal, width: float, worn: float) -> Floats:
@@ -398,6 +412,7 @@ _FORMS: dict[
     "centred_s": ("centred", _centred, CENTRED_S, np.geomspace(0.95, 1.2, 4)),
     "rolls_s": ("coasting", _coasting, ROLLS_S, np.geomspace(0.75, 1.25, 5)),
     "closing_s": ("damped", _damped, CLOSING_S, np.geomspace(0.3, 1.1, 6)),
+    "pose": ("dead_zone", _about_pose, POSES[1::2], np.geomspace(0.9, 1.15, 3)),
 }
 
 # How far each parameter is moved to see what it does; which may be below 0; and what the others are
