@@ -46,8 +46,8 @@ def _railed(channel: Channel, fit: Fit) -> Fit | None:
             u = channel.searched((entry.nominal or channel.nominal).u)
             if RAIL not in channel.entries or not is_rail(u, entry.said(weights)):
                 return None
-            candidate = altered(entry.candidate, values={AS_CURVE: 1.0})
             near = {AS_CURVE: 1.0}
+            candidate = altered(entry.candidate, values=near)
             channel.entries[RAIL].append(altered(entry, candidate=candidate, near=near))
             name, number = RAIL, len(channel.entries[RAIL]) - 1
         picks.append((name, number))
