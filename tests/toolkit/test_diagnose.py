@@ -1927,6 +1927,12 @@ def test_a_tone_that_was_heard_before_is_heard_again() -> None:
     assert findings(left, left, own, motion, True, heard=[4.2]) == []
     (again,) = findings(left, left, own, motion, True, heard=[6.9])
     assert (again.name, again.channels) == ("interference", (0,))
+    # So it is where another channel has it loud, whose phase is its own.
+    left[:, 2] += 20.0 * np.cos(2 * np.pi * 6.9 * 0.05 * np.arange(len(codes)))
+    residual = left.copy()
+    residual[:, 0] = own[:, 1]  # where it would be heard anyway
+    (both,) = findings(left, residual, own, motion, True)
+    assert (both.name, both.channels) == ("interference", (0, 2))
 
 
 @pytest.mark.parametrize("size", [0.8, 20.0])

@@ -255,7 +255,6 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
         read = _read(channels, checked.models[0], simulated)
-    if again or tones:
         found = _found(left, checked, residual, read, motion, coarse, met, tones)
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
@@ -508,13 +507,15 @@ def _without_tails(
 def _read(channels: Sequence[Channel], best: Model, own: Floats) -> Floats:
     """(samples, channels) of a simulation's ``own`` noise as converters read it whose curve is not
     straight."""
-    read = own.copy()
-    for number, (channel, fit) in enumerate(zip(channels, best.fits, strict=True)):
-        for pick, weights in channel.weighted(fit):
+
+    def of_channel(number: int) -> Floats:
+        channel, read = channels[number], own[:, number].copy()
+        for pick, weights in channel.weighted(best.fits[number]):
             if pick[0] in CURVES:
-                noisy = channel.disturbed(pick, own[:, number]) - channel.columns(pick)
-                read[:, number] += noisy @ weights
-    return read
+                read += (channel.disturbed(pick, own[:, number]) - channel.columns(pick)) @ weights
+        return read
+
+    return np.stack(all_at_once(of_channel, range(len(channels))), axis=1)
 
 
 def _tones(found: Sequence[variance.Finding]) -> list[float]:

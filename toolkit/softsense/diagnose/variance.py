@@ -111,7 +111,7 @@ def findings(
     """
     there, covariates = noise_rms(own), _covariates(motion)
 
-    def of_channel(c: int) -> _Found:
+    def of_channel(c: int, heard: Sequence[float] = heard) -> _Found:
         return _found(
             left[:, c],
             residual[:, c],
@@ -127,6 +127,13 @@ def findings(
         )
 
     each = all_at_once(of_channel, range(left.shape[1]))
+    tones = [one.line for one in each if one.line is not None]
+    if tones:
+        # What one channel has others may have too, less loud.
+        deaf = [c for c, one in enumerate(each) if one.line is None]
+        listened = all_at_once(lambda c: of_channel(c, [float(np.median(tones))]), deaf)
+        for c, one in zip(deaf, listened, strict=True):
+            each[c] = one
     spiky = [c for c, one in enumerate(each) if one.spiky]
     lines = {c: one.line for c, one in enumerate(each) if one.line is not None}
     levels = {c: one.level for c, one in enumerate(each) if one.level is not None}
@@ -285,26 +292,27 @@ def _news(signal: Floats) -> Floats:
 
 
 def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
-    """``residual`` (samples, channels) without the spikes and lines of ``found``, or itself."""
-    clean = residual
-    # Tones first, which hide spikes.
-    for finding in sorted(found, key=lambda finding: finding.name):
-        if finding.name not in ("spikes", "interference"):
-            continue
-        clean = clean.copy()
-        for c in finding.channels:
-            if finding.name == "spikes":
-                clean[:, c] = without_spikes(clean[:, c])
+    """``residual`` (samples, channels) without the spikes and lines of ``found``."""
+
+    def of_channel(c: int) -> Floats:
+        clean = residual[:, c]
+        # Tones first, which hide spikes.
+        for finding in sorted(found, key=lambda finding: finding.name):
+            if c not in finding.channels or finding.name not in ("spikes", "interference"):
                 continue
-            rest = without_tone(clean[:, c], finding.value, motion.dt_s)
+            if finding.name == "spikes":
+                clean = without_spikes(clean)
+                continue
+            clean = without_tone(clean, finding.value, motion.dt_s)
             for _ in range(MORE_TONES):
-                plain = without_spikes(rest)
+                plain = without_spikes(clean)
                 line = line_of(plain, motion.dt_s, LEAST_TONE)
                 if line is None or made_by_motion(plain, motion, line):
                     break
-                rest = without_tone(rest, line, motion.dt_s)
-            clean[:, c] = rest
-    return clean
+                clean = without_tone(clean, line, motion.dt_s)
+        return clean
+
+    return np.stack(all_at_once(of_channel, range(residual.shape[1])), axis=1)
 
 
 def noise_beside(residual: Floats, found: Sequence[Finding]) -> Floats:
