@@ -293,19 +293,20 @@ def levels_of(beside: Floats, smooth: Floats, motion: Motion) -> Floats:
     residual; ``smooth``: noiseless codes. Few relays (Preisach) switch at the same levels again and
     again: a line of its spectrum over strain, or over the signal.
     """
-    step = -(-len(beside) // LEVELS_SAMPLES)
+    some = slice(None, None, -(-len(beside) // LEVELS_SAMPLES))
     fast = beside - np.stack([np.convolve(c, LEVELS_AROUND, "same") for c in beside.T], axis=1)
     share = (smooth - smooth.min(axis=0)) / np.maximum(np.ptp(smooth, axis=0), 1.0)
+    strain, share, fast = motion.strain[some], share[some], fast[some]
     found = np.zeros((beside.shape[1], 3))
     # A material is mostly the same on all channels, and so is the strain.
-    over_strain = _lines(motion.strain[::step], fast[::step])
+    over_strain = _lines(strain, fast)
     at = int(np.argmax(over_strain.sum(axis=1)))
     stands = over_strain[max(at - LEVELS_ALIKE, 0) : at + LEVELS_ALIKE + 1].max(axis=0)
     stepping = stands > LEVELS_RATIO
     if stepping.any():
-        found[stepping, :2] = _levels_near(LEVELS[at], motion.strain, fast[:, stepping])
+        found[stepping, :2] = _levels_near(LEVELS[at], strain, fast[:, stepping])
     for channel in range(len(found)):
-        own = _lines(share[::step, channel], fast[::step, channel : channel + 1])
+        own = _lines(share[:, channel], fast[:, channel : channel + 1])
         if own.max() > max(LEVELS_RATIO, stands[channel]):
             count = LEVELS[int(np.argmax(own))]
             near = _levels_near(count, share[:, channel], fast[:, channel : channel + 1])

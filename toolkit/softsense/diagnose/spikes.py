@@ -202,8 +202,8 @@ def _ringing(signal: Floats) -> Floats:
     if len(answer):
         return answer
     held = signal - signal.mean()
-    past = np.stack([held[RINGS - k : -k] for k in range(1, RINGS + 1)], axis=1)
-    answer = np.array([1.0, *-np.linalg.lstsq(past, held[RINGS:])[0]])
+    past = np.stack([held[RINGS - k : -k] for k in range(1, RINGS + 1)])
+    answer = np.array([1.0, *-np.linalg.lstsq(past @ past.T, past @ held[RINGS:])[0]])
     below = np.flatnonzero(lfilter([1.0], answer, np.eye(1, TAIL)[0]) < -TAIL_END)
     swings = len(below) > 0 and below[0] > TAIL_TURN
     if not _fades(answer) or swings:

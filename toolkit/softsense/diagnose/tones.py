@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uniform_filter1d
-from scipy.signal import oaconvolve, periodogram, welch
+from scipy.signal import oaconvolve, periodogram
 
 from softsense.diagnose.nominal import Motion, noise_rms
 from softsense.diagnose.spikes import (
@@ -39,6 +39,8 @@ STRETCH = 32_768
 # again, to see if there are spikes too and what effects leave.
 KEPT = 32
 KEPT_SAMPLES = 2_000_000
+# And so many times when a tone is on: they are asked for again at once.
+KEPT_ON = 4
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
 TONES_S = (20.0, 7.0, 2.5, 1.2)
@@ -65,8 +67,9 @@ LIT_PART = 0.6
 LIT_RATIO = 12.0
 FRAME_STEP = 2
 COURSE_ORDER = 5
-# So many of the frames are looked at before all.
+# So many of the frames are looked at before all, of which a long recording has no more than these.
 FRAMES = 100
+FRAMES_OF_LONG = 1000
 # A tone whose phase wanders, or that is switched all the time, is a hump in the spectrum of pieces
 # of so many seconds: by this factor above both sides, so far from it, and above this frequency.
 HUMP_S = 12.0
@@ -141,6 +144,12 @@ def _wave(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: _Whi
 def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
     """(samples,) 1 while a tone of ``frequency`` (Hz) is on and else 0, and how often it is
     switched."""
+    return _kept_on(signal.tobytes(), frequency, dt_s)
+
+
+@lru_cache(maxsize=KEPT_ON)
+def _kept_on(samples: bytes, frequency: float, dt_s: float) -> tuple[Floats, int]:
+    signal = np.frombuffer(samples)
     window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
     turns = _turns(frequency, len(signal), dt_s)
     size = np.abs(_size(signal, turns, dt_s, window_s, _While(np.ones(len(signal)))))
@@ -188,7 +197,8 @@ def _while_on(
         waves = np.concatenate([powers * wave(turns)[:, None] for wave in (np.cos, np.sin)], 1)
         inside = slice(begin - wide[0], end - wide[0])
         basis = np.concatenate([waves, u[:, None] ** np.arange(2)], 1)[inside]
-        weights = np.linalg.lstsq(basis, signal[begin:end])[0]
+        # By the normal equations: of so few waves they are well conditioned.
+        weights = np.linalg.lstsq(basis.T @ basis, basis.T @ signal[begin:end])[0]
         tone[wide] = waves @ weights[: waves.shape[1]]
     return tone
 
@@ -386,11 +396,11 @@ def _sharp(signal: Floats, frequency: float, dt_s: float) -> bool:
 
 def made_by_motion(left: Floats, motion: Motion, frequency: float) -> bool:
     """Whether ``left`` has a line at ``frequency`` (Hz) as it has others that the motion makes."""
-    power, at, _ = _spectrum(left, motion.dt_s)
+    (power,), at = _powers(left[None], motion.dt_s)
     near = np.abs(at - frequency) < SAME_HZ
     rate = np.gradient(motion.strain)
     for signal in (motion.strain, motion.strain**2, motion.strain**3, rate**2, np.abs(rate)):
-        cause = _spectrum(signal, motion.dt_s)[0]
+        cause = _powers(signal[None], motion.dt_s)[0][0]
         others = np.argsort(np.where(near, 0.0, cause))[-MOTION_LINES:]
         usual = float((power[others] / cause[others]).max())
         if power[near].max() < BEYOND_MOTION * usual * cause[near].max():
@@ -406,13 +416,18 @@ def _spectrum(
     return powers[0], frequency, floors[0]
 
 
-def _spectra(signals: Floats, dt_s: float, slowest: float) -> tuple[Floats, Floats, Floats]:
-    """The same of many ``signals`` (n, samples): powers and floors (n, frequencies)."""
+def _powers(signals: Floats, dt_s: float, slowest: float = LEAST_HZ) -> tuple[Floats, Floats]:
+    """(n, frequencies) power of ``signals`` (n, samples), and hertz above ``slowest``."""
     window = np.hanning(signals.shape[1])
     spectra = np.fft.rfft((signals - signals.mean(axis=1, keepdims=True)) * window)
     frequency: Floats = np.fft.rfftfreq(signals.shape[1], dt_s).astype(np.float64)
     keep = frequency > slowest
-    frequency, powers = frequency[keep], np.abs(spectra[:, keep]) ** 2
+    return np.abs(spectra[:, keep]) ** 2, frequency[keep]
+
+
+def _spectra(signals: Floats, dt_s: float, slowest: float) -> tuple[Floats, Floats, Floats]:
+    """The same with what surrounds them: powers and floors (n, frequencies)."""
+    powers, frequency = _powers(signals, dt_s, slowest)
     half = 60
     padded = np.pad(powers, ((0, 0), (half, half)), mode="reflect")
     around = np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1, axis=1)[:, ::8]
@@ -426,6 +441,7 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     if len(signal) < 4 * length:
         return None
     begins = np.arange(0, len(signal) - length + 1, length // 4)
+    begins = begins[:: max(len(begins) // FRAMES_OF_LONG, 1)]
     few = begins[:: max(len(begins) // FRAMES, 1)]
     # Of a long recording some frames tell whether there may be a tone.
     for some in [few, begins] if len(few) < len(begins) else [begins]:
@@ -499,7 +515,8 @@ def line_of(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) 
         below, top, above = np.log(power[np.clip([peak - 1, peak, peak + 1], 0, len(power) - 1)])
         bend = below - 2.0 * top + above
         part = 0.5 * (below - above) / bend if bend < 0.0 else 0.0
-        hertz = float(frequency[peak] + part / (len(left) * dt_s))
+        # No finer than a tenth of a bin: channels that hear one tone shall agree.
+        hertz = float(frequency[peak] + round(part, 1) / (len(left) * dt_s))
         rest = _toneless(some, hertz, dt_s)
         # Of one that is off for most of the time little is in its line.
         tone = max(tone, float(np.var(some) - np.var(rest)))
@@ -511,6 +528,9 @@ def line_of(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) 
 def between_lines(signal: Floats) -> float:
     """Noise of ``signal`` (samples,) from what most of its frequencies have: a tone that wanders
     leaves some of itself beside its line."""
-    power = welch(signal, nperseg=min(PIECE, len(signal)))[1]
+    length = min(PIECE, len(signal))
+    # As Welch's method does, with all pieces at once.
+    pieces = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]
+    power = periodogram(pieces, window="hann")[1].mean(axis=0)
     # Up to half the rate, in cycles per sample.
     return float(np.sqrt(0.5 * np.median(power[1:-1])))

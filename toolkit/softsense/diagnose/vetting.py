@@ -16,6 +16,7 @@ from scipy.ndimage import binary_dilation
 
 from softsense.diagnose import wandering
 from softsense.diagnose.channel import WALK, WALK_PRICE, Channel
+from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Base, Design, Fit, Group, Term
 from softsense.diagnose.moved import Together, answer
 from softsense.diagnose.nominal import Motion
@@ -179,20 +180,17 @@ def _noisy(channels: Sequence[Channel], said: Model) -> tuple[int, ...]:
     """Channels whose gap is noise, on all where ``said`` does not say it: each its own, while what
     touches the specimen shows on several. An effect says all on some channel."""
     there = [both for both in zip(channels, said.fits, strict=True) if both[0].entries]
-    gaps = {
-        channel: channel.residual - channel.predicted(fit)
-        for channel, fit in there
-        if channel.left(fit) > channel.effect_price
-    }
-    if said.names and len(gaps) == len(there):
+    gaping = [(channel, fit) for channel, fit in there if channel.left(fit) > channel.effect_price]
+    if said.names and len(gaping) == len(there):
         return ()
+    gaps = all_at_once(lambda both: both[0].residual - both[0].predicted(both[1]), gaping)
     if len(gaps) > 1:
-        together = np.asarray(np.corrcoef(np.stack(list(gaps.values()))))
+        together = np.asarray(np.corrcoef(np.stack(gaps)))
         if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
             return ()
-    if not all(wandering.noisy(left) for left in gaps.values()):
+    if not all(wandering.noisy(left) for left in gaps):
         return ()
-    return tuple(channel.nominal.channel for channel in gaps)
+    return tuple(channel.nominal.channel for channel, _ in gaping)
 
 
 def _moving_alone(channels: Sequence[Channel]) -> list[Model]:
@@ -284,7 +282,7 @@ def _jerky(channels: Sequence[Channel], best: Model) -> bool:
     """Whether what the model takes for a walk goes in jumps or bumps on any channel, or of walks
     alone on half of them: one of many may by chance."""
     numbers = best.channels_of(WALK)
-    rough = sum(_jerky_on(channels, best, number) for number in numbers)
+    rough = sum(all_at_once(lambda number: _jerky_on(channels, best, number), numbers))
     return rough > 0 and (best.names != {WALK} or 2 * rough >= len(numbers))
 
 

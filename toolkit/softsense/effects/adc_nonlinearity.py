@@ -206,7 +206,12 @@ def _straight(nominal: Nominal) -> Floats:
 def _ladder(nominal: Nominal, rungs: int) -> Floats:
     """(samples, rungs) what each of so many uneven resistors is too large by: straight between."""
     at = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1)
-    return np.maximum(1.0 - np.abs(at[:, None] - np.arange(rungs)), 0.0) * nominal.span
+    below = np.minimum(at.astype(np.intp), rungs - 2)
+    # All others are zero.
+    result, samples = np.zeros((len(at), rungs)), np.arange(len(at))
+    for rung in (below, below + 1):
+        result[samples, rung] = (1.0 - np.abs(at - rung)) * nominal.span
+    return result
 
 
 EFFECT = Effect(
