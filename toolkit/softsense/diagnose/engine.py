@@ -246,7 +246,6 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
-    tones = _tones(found)
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
     if again and not settled:
         # Spikes and lines had been taken for noise, or too much for a line. What was looked at
@@ -255,7 +254,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
         read = _read(channels, checked.models[0], simulated)
-        found = _found(left, checked, residual, read, motion, coarse, met, tones)
+        found = _found(left, checked, residual, read, motion, coarse, met, _tones(found))
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
     heard = [finding for finding in found if finding.name == "interference"]

@@ -39,7 +39,7 @@ STRETCH = 32_768
 # again, to see if there are spikes too and what effects leave.
 KEPT = 32
 KEPT_SAMPLES = 2_000_000
-# And so many times when a tone is on: they are asked for again at once.
+# And for so many, when the tone is on, which is asked for again at once.
 KEPT_ON = 4
 # Over which a tone may keep its size and phase; a shorter time must explain so many noise variances
 # for each time that they change. What does so within a few periods is no tone.
@@ -67,7 +67,7 @@ LIT_PART = 0.6
 LIT_RATIO = 12.0
 FRAME_STEP = 2
 COURSE_ORDER = 5
-# So many of the frames are looked at before all, of which a long recording has no more than these.
+# So many of the frames are looked at before all, and about so many of a long recording are all.
 FRAMES = 100
 FRAMES_OF_LONG = 1000
 # A tone whose phase wanders, or that is switched all the time, is a hump in the spectrum of pieces
@@ -144,12 +144,20 @@ def _wave(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: _Whi
 def _switched(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
     """(samples,) 1 while a tone of ``frequency`` (Hz) is on and else 0, and how often it is
     switched."""
+    if len(signal) > KEPT_SAMPLES:
+        return _while_loud(signal, frequency, dt_s)
     return _kept_on(signal.tobytes(), frequency, dt_s)
 
 
 @lru_cache(maxsize=KEPT_ON)
 def _kept_on(samples: bytes, frequency: float, dt_s: float) -> tuple[Floats, int]:
-    signal = np.frombuffer(samples)
+    on, times = _while_loud(np.frombuffer(samples), frequency, dt_s)
+    on.flags.writeable = False
+    return on, times
+
+
+def _while_loud(signal: Floats, frequency: float, dt_s: float) -> tuple[Floats, int]:
+    """The same, made now: about when the tone has half its size, and then to the sample."""
     window_s = max(SWITCH_S, SWITCH_PERIODS / frequency)
     turns = _turns(frequency, len(signal), dt_s)
     size = np.abs(_size(signal, turns, dt_s, window_s, _While(np.ones(len(signal)))))
@@ -468,15 +476,20 @@ def _moving(signal: Floats, dt_s: float, slowest: float) -> Floats | None:
     return frequency
 
 
+def _mean_power(signal: Floats, length: int, dt_s: float) -> tuple[Floats, Floats]:
+    """(frequencies,) hertz, and the mean power density of pieces of so many samples: as Welch's
+    method has it, with all pieces at once."""
+    pieces = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]
+    at, powers = periodogram(pieces, fs=1.0 / dt_s, window="hann")
+    return at, powers.mean(axis=0)
+
+
 def _hump(signal: Floats, dt_s: float, slowest: float) -> float | None:
     """Frequency (Hz) of what stands out from both sides of it, though no line is sharp there."""
     length = round(HUMP_S / dt_s)
     if len(signal) < 4 * length:
         return None
-    # As Welch's method does, with all frames at once.
-    frames = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]
-    at, powers = periodogram(frames, fs=1.0 / dt_s, window="hann")
-    power = powers.mean(axis=0)
+    at, power = _mean_power(signal, length, dt_s)
     peak = int(np.argmax(np.where(at > max(slowest, HUMP_HZ), power, 0.0)))
     away = at - at[peak]
     near, far = ASIDE_HZ
@@ -528,9 +541,6 @@ def line_of(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) 
 def between_lines(signal: Floats) -> float:
     """Noise of ``signal`` (samples,) from what most of its frequencies have: a tone that wanders
     leaves some of itself beside its line."""
-    length = min(PIECE, len(signal))
-    # As Welch's method does, with all pieces at once.
-    pieces = np.lib.stride_tricks.sliding_window_view(signal, length)[:: length // 2]
-    power = periodogram(pieces, window="hann")[1].mean(axis=0)
+    power = _mean_power(signal, min(PIECE, len(signal)), 1.0)[1]
     # Up to half the rate, in cycles per sample.
     return float(np.sqrt(0.5 * np.median(power[1:-1])))

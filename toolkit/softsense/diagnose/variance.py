@@ -130,8 +130,8 @@ def findings(
     tones = [one.line for one in each if one.line is not None]
     if tones:
         # What one channel has others may have too, less loud.
-        deaf = [c for c, one in enumerate(each) if one.line is None]
-        listened = all_at_once(lambda c: of_channel(c, [float(np.median(tones))]), deaf)
+        deaf, tone = [c for c, one in enumerate(each) if one.line is None], float(np.median(tones))
+        listened = all_at_once(lambda c: of_channel(c, [tone]), deaf)
         for c, one in zip(deaf, listened, strict=True):
             each[c] = one
     spiky = [c for c, one in enumerate(each) if one.spiky]
