@@ -486,6 +486,34 @@ def test_a_share_is_no_less_crosstalk_where_the_zero_was_set_with_it(
         assert result.data["effects"][0]["channels"] == [f"s{channel + 1}"]
 
 
+def test_what_a_capacitor_keeps_that_is_charged_between_channels_is_crosstalk() -> None:
+    """To the middle of the converter's range, or to nothing, wherever the other one rests."""
+    x, codes = clean(11)
+    for share, zero in ((0.1, 2048.0), (-0.08, 0.0)):
+        hurt = codes.copy()
+        hurt[:, 1] += share * (codes[:, 3] - zero)
+        result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+        assert result.effects == ("crosstalk",)
+        assert result.data["after"]["shrink"] > 0.99
+
+
+def test_a_step_is_looked_for_when_it_says_all_of_another_channel() -> None:
+    """And not when it says a little of what is something else on several."""
+    x, codes = clean(11, 8000)
+    since = np.arange(8000) / RATE_HZ - 223.0
+    step = np.where(since > 0.0, 30.0 + 50.0 * np.exp(-np.maximum(since, 0.0) / 40.0), 0.0)
+    made = codes.copy()
+    for channel in (0, 1, 3):
+        behind = filtered(codes[:, channel : channel + 1], 12.0)[:, 0]
+        made[:, channel] += 0.3 * (behind - codes[:, channel])
+    made[:, [0, 2]] += step[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert {e["name"]: e["channels"] for e in result.data["effects"]} == {
+        "relaxation": ["s1", "s2", "s4"],
+        "step": ["s1", "s3"],
+    }
+
+
 def test_a_contact_that_heals_in_part_is_a_step_behind_a_divider() -> None:
     x, codes = clean(11)
     since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 123.0, 0.0)
@@ -516,6 +544,15 @@ def test_overshoot_may_be_over_at_once() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
     assert result.effects == ("overshoot",)
     assert np.std(change_of(result, 12) - more) < 0.1
+
+
+def test_overshoot_may_be_what_a_current_tunnels_through() -> None:
+    x, codes = clean(11)
+    opened = filtered(np.abs(np.gradient(x))[:, None] * RATE_HZ, 0.4)
+    made = codes + np.expm1(4.0 * opened) * [3.0, 0.0, -2.0, 0.0]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("overshoot",)
+    assert result.data["unexplained"]["share"] < 0.01
 
 
 def test_overshoot_may_begin_at_some_strain_rate() -> None:
@@ -840,6 +877,24 @@ def test_what_rings_on_after_a_knock_is_no_spike() -> None:
     assert not result.effects
 
 
+def test_a_gain_behind_a_divider_and_an_amplifier_is_a_gain() -> None:
+    """Of a resistance that is never 0, and amplified from two volts that nobody knows: nearly
+    straight, as a converter's curve may be too."""
+    x, codes = clean(9, 8000)
+    resistance = 1.0 + (codes - codes.min(0)) / np.ptp(codes, axis=0)
+    zero = np.array([0.6, 1.3, 1.8, 2.2])
+
+    def read(value: np.ndarray) -> np.ndarray:
+        return 900.0 + 9000.0 * (value / (1.5 + value) - 0.4)
+
+    more = read(resistance + np.array([0.05, 0.04, 0.0, 0.06]) * (resistance - zero))
+    result = diagnose(recorded(x, read(resistance), 1), recorded(x, more, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("gain", ["s1", "s2", "s4"])
+    ]
+    assert result.data["after"]["shrink"] > 0.98
+
+
 def test_a_converters_curve_is_neither_hysteresis_nor_a_gain() -> None:
     """Beside a delay, which both could bend."""
     x, codes = clean(43)
@@ -930,6 +985,33 @@ def test_a_filter_whose_resistor_is_the_sensor_is_a_lag() -> None:
                 y += (value - y) * -np.expm1(-0.1 * pull[k])
             made[k, channel] = y
     assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("lag",)
+
+
+@pytest.mark.parametrize(
+    "near", [{"tau_s": 0.01, "poles": 2.0}, {"tau_s": 0.0143, "poles": 2.0, "damping": 0.7}]
+)
+def test_what_two_poles_say_is_looked_at_as_one_pole_that_is_as_late(near) -> None:
+    x, codes = clean(34)
+    nominal = first_channel(x, codes, np.zeros(len(x)), ["lag"]).nominal
+    zoom = all_effects()["lag"].zoom
+    assert zoom is not None
+    for form in ("own", "uneven"):
+        times_s = [c.values["tau_s"] for c in zoom(nominal, near) if c.form == form]
+        assert min(times_s) < 0.019 < 0.021 < max(times_s)
+
+
+@pytest.mark.parametrize(("sign", "beyond"), [(1.0, []), (-1.0, ["adc_nonlinearity"])])
+def test_bits_are_as_far_off_as_they_are_together(sign: float, beyond: list[str]) -> None:
+    """Around the middle of the range the highest bit is on where the next one is not."""
+    x, codes = clean(34)
+    codes[:, 0] += 2048.0 - codes[:, 0].mean()
+    channel = first_channel(x, codes, 30.0 * x, ["adc_nonlinearity"])
+    entries = channel.entries["adc_nonlinearity"]
+    number = next(k for k, entry in enumerate(entries) if entry.candidate.form == "bits")
+    weights = np.zeros(entries[number].width)
+    weights[6:8] = 0.4, sign * 0.4
+    fit = Fit((("adc_nonlinearity", number),), np.zeros(1), weights, None)
+    assert channel._beyond(fit) == beyond
 
 
 @pytest.mark.parametrize("tau_s", [1.4, 2.6])
@@ -2417,7 +2499,7 @@ def test_commands_and_files(tmp_path: Path, capsys) -> None:
     said = capsys.readouterr().out
     assert "drift is missing on s1, s2" in said
     state = (out / "augmentation.json").read_text()
-    (out / "augmentation.json").write_text(state.replace("augmentation/3", "augmentation/1"))
+    (out / "augmentation.json").write_text(state.replace("augmentation/4", "augmentation/1"))
     assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 1
     assert "augmentation.json is softsense.augmentation/1, not" in capsys.readouterr().err
     (out / "augmentation.json").write_text("{")

@@ -66,6 +66,8 @@ STATIC_SHARE = 0.02
 SMALL_CURVE = 0.05
 CURVED_PRICE = 0.03
 CURVED_SHARE = 0.006
+# Per sample: an offset that comes with one (``Candidate.shifting``).
+SHIFTING_PRICE = 0.03
 # Per sample: such a curve is one of its own where the effect adds less to it.
 IDLE = 0.06
 # And what goes with the strain rate, where it is no more than so much of all that it does.
@@ -304,6 +306,7 @@ class Channel:
         self._numbers: dict[str, dict[Key, int]] = {}
         self._beside_curves: dict[Hashable, tuple[float, float]] = {}
         self._within: dict[tuple[frozenset[str], Held], Fit] = {}
+        self._elsewhere_said: dict[str, int] = {}
 
     def zoom(
         self,
@@ -346,6 +349,20 @@ class Channel:
             found[name] += more
         self.gain = self._better_gain()
         self._take(found)
+
+    def begin_with(self, elsewhere: Mapping[str, Entry]) -> None:
+        """Candidates of another channel, with which fits of several effects may begin here too."""
+        found = {name: [e.apart() for e in entries] for name, entries in self.entries.items()}
+        begin = {}
+        for name, entry in elsewhere.items():
+            here = self._again(self.nominal, name, entry)
+            # Crosstalk of that number may come from yet another channel.
+            if name in found and here.candidate.values == entry.candidate.values:
+                begin[name] = len(found[name])
+                found[name].append(here)
+        if begin:
+            self._take(found)
+            self._elsewhere_said = begin
 
     def _leaves_far_more(self, name: str) -> bool:
         """Whether an effect alone leaves many times what another one does, which is no walk."""
@@ -450,7 +467,11 @@ class Channel:
         other."""
         if len(fit.picks) < 2:
             return fit
-        return min([fit, *self._upon_each_other_from([fit])], key=self.price)
+        begun = [fit]
+        if fit.static is not None and len(fit.static) == 1:
+            # An offset that one candidate needs hides that another needs none.
+            begun.append(replace(fit, static=None))
+        return min([fit, *self._upon_each_other_from(begun)], key=self.price)
 
     def without(self, fit: Fit, name: str) -> Fit:
         """The cheapest fit of ``fit`` without the effect ``name``, under the same motion."""
@@ -690,6 +711,8 @@ class Channel:
         candidates = [self.entries[name][number].candidate for name, number in picks]
         if any(candidate.curved for candidate in candidates):
             price += CURVED_PRICE * guarded + self._share_price(CURVED_SHARE, fit)
+        if any(candidate.shifting for candidate in candidates):
+            price += SHIFTING_PRICE * guarded
         price += STATIC_PRICE * guarded * len(self.idle(fit, lasting=True))
         more = sum(further(candidate) for candidate in candidates)
         price += PARAMETER_PRICE * guarded * more
@@ -854,6 +877,9 @@ class Channel:
                 if pliable and self.price(fit) <= hopeless:
                     # What follows all that it has seen may be far off where it has not.
                     made.append(self._beside(last, others, static, held, refused=pliable))
+            for name in sorted(others.keys() & self._elsewhere_said.keys()):
+                begun = {**others, name: self._elsewhere_said[name]}
+                made.append(self._beside(last, begun, 0, held, hopeless=hopeless))
         return min(made, key=self.price)
 
     def _hopeless(self) -> float:
@@ -970,7 +996,11 @@ class Channel:
             most = min(candidate.largest, candidate.alone if alone else np.inf)
             below = candidate.positive and float(weights.min()) < 0.0
             quick = float(weights[: candidate.quick].sum()) > candidate.alone
-            if below or quick or float(sizes.max()) > most:
+            far = False
+            if np.isfinite(candidate.farthest):
+                said = self.entries[pick[0]][pick[1]].said(weights)
+                far = float(np.ptp(said)) > 2.0 * candidate.farthest
+            if below or quick or far or float(sizes.max()) > most:
                 result.append(pick[0])
         return result
 
@@ -1019,6 +1049,10 @@ class Channel:
             share = np.minimum(share, SHARE_OF_LEFT * beyond)
         costs = self.weight_price * group.free_widths
         costs = costs + group.curved * (CURVED_PRICE * self.samples + share)
+        # Beside an offset, one more of its own says nothing.
+        costs = costs + np.where(
+            group.shifting, np.inf if static else SHIFTING_PRICE * self.samples, 0.0
+        )
         left = all_left / self.design.chosen_by + PARAMETER_PRICE * self.guard * group.further
         return gains - costs, left
 

@@ -136,6 +136,7 @@ class Group:
         self.fixed = np.array([entry.candidate.fixed for entry in entries])
         self.free_widths = np.where(self.fixed, 0, widths)
         self.curved = np.array([entry.candidate.curved for entry in entries])
+        self.shifting = np.array([entry.candidate.shifting for entry in entries])
         self.further = np.array([further(entry.candidate) for entry in entries])
 
 

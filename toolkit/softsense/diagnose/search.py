@@ -67,6 +67,10 @@ ONE_LEAVES = 0.01
 UPON = 3
 # So many models of a motion beside another effect are tried with the motion of the best one.
 EXCHANGED = 6
+# Where an effect alone costs no more than this share of the gap, and that is such a share of the
+# largest one, its parameters are those of all.
+SAID_ALL = 0.02
+MUCH = 0.05
 # So many pairs that act on each other's signal are looked at closely, whatever they say alone.
 NEAR = 4
 # So many of each at first, and the rest where these then leave less than so much of what they did,
@@ -336,6 +340,9 @@ def search(
         zoom(order[0])
         known = channels[order.pop(0)].moved_alone()
     all_at_once(zoom, order)
+    if not channels[0].long:
+        each = list(zip(channels, _said_elsewhere(channels, names), strict=True))
+        all_at_once(lambda one: one[0].begin_with(one[1]), each)
     fine = _chosen_again(channels, _models(channels, names, PROMISING, _near(coarse)))
     enough = np.inf
     if channels[0].long:
@@ -374,6 +381,29 @@ def search(
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
+
+
+def _said_elsewhere(channels: Sequence[Channel], names: Sequence[str]) -> list[dict[str, Entry]]:
+    """By channel: the candidates of effects that say all there is on another one, and not here.
+    Beside something else an effect alone goes where it says a little of that."""
+    result: list[dict[str, Entry]] = [{} for _ in channels]
+    there = [c for c, channel in enumerate(channels) if channel.excess >= channel.effect_price]
+    # Of a small gap many an effect says all.
+    most = max(channel.excess for channel in channels)
+    much = [c for c in there if channels[c].excess > MUCH * most]
+    for name in sorted(set(names) - moving() - {WALK}):
+        fits = {c: channels[c].best(frozenset({name})) for c in there}
+        cost = {
+            c: (channels[c].price(fit) - channels[c].samples) / channels[c].excess
+            for c, fit in fits.items()
+        }
+        first = min(much, key=cost.__getitem__)
+        if fits[first].picks and cost[first] < SAID_ALL:
+            said = channels[first].entries[name][dict(fits[first].picks)[name]]
+            for c in there:
+                if cost[c] > HOPELESS * cost[first]:
+                    result[c][name] = said
+    return result
 
 
 def _serial(names: Names) -> bool:
@@ -602,6 +632,10 @@ def _moved_alike(channels: Sequence[Channel], models: Sequence[Model]) -> list[t
         each = list(zip(channels, made.fits, best.fits, strict=True))
         fits = all_at_once(lambda one: one[0].with_motion(one[1], one[0].motion_of(one[2])), each)
         result.append((made, leaner(channels, priced(channels, tuple(fits)))))
+    if result:
+        # Meanwhile the others have been what they were.
+        before, after = min(result, key=lambda both: both[1].price)
+        result.append((before, _closer(channels, after)))
     return result
 
 
@@ -652,10 +686,15 @@ def refined(channels: Sequence[Channel], made: Model) -> Model:
         made = _fitted(channels, made, STAGES - 1)
     if made is not begun and len(made.names) > 1:
         # Meanwhile the others have been what they were.
-        each = list(zip(channels, made.fits, strict=True))
-        fits = all_at_once(lambda one: one[0].closer(one[1]), each)
-        made = by_price([made, priced(channels, tuple(fits))])[0]
+        made = _closer(channels, made)
     return leaner(channels, made)
+
+
+def _closer(channels: Sequence[Channel], made: Model) -> Model:
+    """``made``, or a cheaper one with candidates near those that it has."""
+    each = list(zip(channels, made.fits, strict=True))
+    fits = all_at_once(lambda one: one[0].closer(one[1]), each)
+    return by_price([made, priced(channels, tuple(fits))])[0]
 
 
 def _fitted(channels: Sequence[Channel], made: Model, stage: int) -> Model:

@@ -386,12 +386,14 @@ class Candidate:
     physics (a delay cannot be half there). ``parallel``: the weights have one sign by physics (all
     parts relax); where they cancel, something else is mimicked. ``values``: the parameters that the
     columns were made with. ``curved``: the columns hold a curve besides, of the signal or of time,
-    which other effects could be behind. ``pliable``: it follows whatever is near, and ``nearly``:
-    it is a model of a material, also where the effect is an exact equation. ``largest``: weights
-    beyond it are not physical, nor those beyond ``alone`` where the others are next to nothing, or
-    of the first ``quick`` ones together; ``positive``: nor those below 0. ``moved()``: (samples,)
-    the strain that reaches the sensor, where that is what the effect changes; ``by_strain``: the
-    columns are just what the channel says of it, less what it says of the nominal strain.
+    which other effects could be behind. ``shifting``: or an offset. ``pliable``: it follows
+    whatever is near, and ``nearly``: it is a model of a material, also where the effect is an exact
+    equation. ``largest``: weights beyond it are not physical, nor those beyond ``alone`` where the
+    others are next to nothing, or of the first ``quick`` ones together; ``positive``: nor those
+    below 0; ``farthest``: nor what goes farther than so many codes to both sides, whatever its
+    parts are. ``moved()``: (samples,) the strain that reaches the sensor, where that is what the
+    effect changes; ``by_strain``: the columns are just what the channel says of it, less what it
+    says of the nominal strain.
     """
 
     made: Floats | Callable[[], Floats]
@@ -400,12 +402,14 @@ class Candidate:
     fixed: bool = False
     parallel: bool = False
     curved: bool = False
+    shifting: bool = False
     pliable: bool = False
     nearly: bool = False
     largest: float = np.inf
     alone: float = np.inf
     quick: int = 0
     positive: bool = False
+    farthest: float = np.inf
     straight: bool = False
     moved: Callable[[], Floats] | None = None
     by_strain: bool = False

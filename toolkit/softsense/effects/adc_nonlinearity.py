@@ -26,9 +26,11 @@ BITS = range(4, 12)
 FINE_BITS = range(2, 12)
 # Over so many codes (rms) noise spreads where a bit goes on, or the next coarse step begins.
 SPREADS = (0.6, 2.5, 4.5)
-# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span.
+# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span,
+# by steps and by bits.
 MARGIN = 0.05
 LARGEST = 0.15
+FARTHEST = 0.3
 # Codes of the coarse steps of a converter of two stages, and how many of their edges must be met.
 COARSE = (64.0, 128.0, 256.0)
 STEPPED = 3
@@ -145,7 +147,8 @@ def _edged(nominal: Nominal, noise: float) -> list[Candidate]:
         return np.concatenate([_bits(nominal, known, noise), straight], axis=1)
 
     bits = [
-        Candidate(partial(binary, known, first), {}, "bits", largest=LARGEST)
+        # Bits make up each other, so that only their sum is known.
+        Candidate(partial(binary, known, first), {}, "bits", farthest=FARTHEST * nominal.span)
         for known, first in ((BITS, 0), (FINE_BITS, 1))
     ]
     return bits + _subranging(nominal, noise)

@@ -86,6 +86,10 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                 source = {"source": float(other)}
                 alone = codes[:, other] - rest[other]
                 result.append(Candidate(alone[:, None], source, largest=most))
+                # A capacitor that is emptied, or charged to the middle, between two channels.
+                for zero in (0.0, 0.5 * nominal.full_scale):
+                    held = codes[:, other] - zero
+                    result.append(Candidate(held[:, None], source, "held", largest=most))
                 # Other wires' current lifts the ground that they share, the less at the top.
                 lifted = alone * (1.0 - u / nominal.full_scale)
                 result.append(Candidate(lifted[:, None], source, "ground", largest=most))

@@ -28,6 +28,10 @@ ABOUT = (-0.7, -0.35, -0.15, 0.15, 0.35, 0.7)
 FATIGUE = (0.35, 0.5, 0.7, 0.85)
 # Nothing ages in less than such a part of 400 s.
 LEAST_PART = 0.05
+# How much more a gain makes a span from where a recording begins, as a share, behind a divider and
+# an amplifier of whatever range. More is a converter's curve.
+BENDS = (-0.3, -0.15, 0.15, 0.3)
+MOST_BENT = 0.4
 # What of the strain reaches the sensor, less all of it.
 TRANSFERRED = (-0.25, -0.07, 0.07, 0.25)
 NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
@@ -72,6 +76,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_grown(nominal, [(1.0, {}, CONSTANT)], ZEROS),
         *_about(nominal, ABOUT),
         *_divided(nominal),
+        *_bent(nominal, BENDS),
         *_transferred(nominal, TRANSFERRED),
         *_grown(nominal, usual, ZEROS),
         *_grown(nominal, _cycles(nominal, FATIGUE)),
@@ -82,10 +87,14 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The same around one way, one zero, one power, or one time and order. All zeros besides, which
-    an offset makes equal."""
+    """The same around one way, one zero, one power, or one time and order; and behind an amplified
+    divider. All zeros besides, which an offset makes equal."""
     if "zero" in values:
-        return _about(nominal, [*ANYWHERE, *(values["zero"] + np.array(NEAR)).tolist()])
+        near = values["zero"] + np.array(NEAR)
+        return _about(nominal, [*ANYWHERE, *near.tolist()]) + _bent(nominal, BENDS)
+    if "bend" in values:
+        near = values["bend"] + np.array(NEAR)
+        return explain(nominal) + _bent(nominal, near[np.abs(near) <= MOST_BENT].tolist())
     if "transferred" in values:
         near = values["transferred"] * np.geomspace(0.5, 1.6, 7)
         return explain(nominal) + _transferred(nominal, near.tolist())
@@ -104,7 +113,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         parts = np.unique(near).tolist()
         orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0)
         return _grown(nominal, _settling(nominal, parts, orders), from_zero)
-    some = explain(nominal) + _about(nominal, ANYWHERE)
+    some = explain(nominal) + _about(nominal, ANYWHERE) + _bent(nominal, BENDS)
     if FROM in values:
         some += _grown(nominal, _cycles(nominal, FATIGUE), from_zero)
         some += _grown(nominal, _induced(nominal, (0.15, 0.3, 0.45), (0.1,)), from_zero)
@@ -200,6 +209,21 @@ def _divided(nominal: Nominal) -> list[Candidate]:
         column = change * (1.0 - share) ** 2 * nominal.full_scale
         result.append(Candidate(column[:, None], {}, "divided"))
     return result
+
+
+def _bent(nominal: Nominal, bends: Sequence[float]) -> list[Candidate]:
+    """The same where an amplifier follows, so that nobody knows where the divider has its ends: a
+    parabola of the signal, which is nearly straight."""
+    moved = _moved(nominal)
+    # It is 0 anywhere between a span below and one above.
+    both = np.stack([moved + nominal.span, moved - nominal.span], axis=1)
+    share = moved[:, None] / nominal.span
+    return [
+        Candidate(
+            both * (1.0 + bend * share), {"bend": bend}, "divided", parallel=True, shifting=True
+        )
+        for bend in bends
+    ]
 
 
 def _transferred(nominal: Nominal, more: Sequence[float]) -> list[Candidate]:

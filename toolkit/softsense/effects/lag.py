@@ -54,7 +54,13 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     comes through at once; another time constant on the way down, or at other codes. Around one of
     those, closer."""
     if "damping" in values:
-        return _coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS)
+        # As late with one pole.
+        one_s = 2.0 * values["damping"] * values["tau_s"] * np.geomspace(0.77, 1.3, 5)
+        return [
+            *_coupled(nominal, values["tau_s"] * np.geomspace(0.75, 1.33, 13), DAMPINGS),
+            *_uneven(nominal, one_s, FALLS),
+            *_own(nominal, one_s, SLOWER),
+        ]
     close_s, near = values["tau_s"] * np.geomspace(0.92, 1.09, 7), np.geomspace(0.75, 1.33, 7)
     if "second" in values:
         return _two_poles(nominal, close_s, values["second"] * near)
@@ -67,15 +73,17 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     times_s = values["tau_s"] * np.geomspace(0.77, 1.3, 11)
     alone = _traces(nominal, times_s)
     poles = int(values.get("poles", 1.0))
+    # As late with one pole.
+    one_s = times_s * poles
     return [
         *alone,
-        # As late with one pole instead of two, or with two instead of one.
-        *_traces(nominal, times_s * poles / (3 - poles), (3 - poles,)),
-        *_lines(nominal, times_s),
+        # With one pole instead of two, or with two instead of one.
+        *_traces(nominal, one_s / (3 - poles), (3 - poles,)),
+        *_lines(nominal, one_s),
         *_two_poles(nominal, times_s[1::2], SECOND),
         *_leaking([c for c in alone if c.values["tau_s"] in times_s[1::2]], THROUGH),
-        *_uneven(nominal, times_s[1::2], FALLS),
-        *_own(nominal, times_s[1::2], SLOWER),
+        *_uneven(nominal, one_s[1::2], FALLS),
+        *_own(nominal, one_s[1::2], SLOWER),
     ]
 
 

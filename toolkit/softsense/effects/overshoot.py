@@ -28,6 +28,10 @@ BREAKS = (1.0, 3.0, 9.0)
 # What the network takes to break, where that is not at once, and powers of the strain rate.
 LATE_S = 0.16
 LATE_POWERS = (0.75, 1.0, 1.4)
+# How many times as much by a factor of e, per ranges per second, where currents tunnel.
+TUNNELS_S = (1.0, 2.0, 4.0, 7.0)
+# So many such factors at most, after which nothing is left to open.
+OPEN = 6.0
 # What goes with the strain rate and its sign, as a charge does: no overshoot, and offered only to
 # be told from it.
 SIGNED = "signed"
@@ -76,8 +80,11 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return _structures(nominal, near, breaks.tolist())
     if "least_per_s" in values:
         return _beyond(nominal, near, values["least_per_s"] * np.geomspace(0.7, 1.4, 7))
+    if "tunnels_s" in values:
+        return _tunnelling(nominal, near, values["tunnels_s"] * np.geomspace(0.7, 1.4, 7))
     result = _quick(nominal, near[::2]) + _structures(nominal, REBUILDS_S, BREAKS)
     result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
+    result += _tunnelling(nominal, near[::2], TUNNELS_S)
     if "power" not in values:
         # Once more of one direction, it may be more of one end of the range.
         speed = partial(_speed, nominal)
@@ -207,6 +214,28 @@ def _beyond(
         values = {"least_per_s": float(least)}
         result += _traces(nominal, partial(beyond, least), values, taus_s, ())
     return result
+
+
+def _tunnelling(
+    nominal: Nominal, taus_s: Sequence[float], tunnels_s: Iterable[float]
+) -> list[Candidate]:
+    """Where currents tunnel through what has opened: exponential in it (Simmons, J. Appl. Phys. 34,
+    1963)."""
+
+    @cache
+    def opened(tau_s: float) -> Floats:
+        y: Floats = low_pass(_speed(nominal)[:, None], nominal.dt_s, np.array([tau_s]), None)[0]
+        return y[nominal.keep, 0]
+
+    def through(tau_s: float, tunnels_s: float) -> Floats:
+        more = np.minimum(tunnels_s * opened(tau_s), OPEN)
+        return _felt(nominal, np.expm1(more) / tunnels_s * nominal.span)
+
+    return [
+        Candidate(partial(through, tau_s, each), {"tau_s": tau_s, "tunnels_s": each}, "tunnelling")
+        for tau_s in taus_s
+        for each in map(float, tunnels_s)
+    ]
 
 
 def _late(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
