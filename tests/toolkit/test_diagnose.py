@@ -514,6 +514,19 @@ def test_a_step_is_looked_for_when_it_says_all_of_another_channel() -> None:
     }
 
 
+def test_fits_begin_with_what_another_channel_has_where_this_one_has_it_too() -> None:
+    x, codes = clean(11)
+    channel = first_channel(x, codes, 30.0 * x, ["crosstalk"])
+    before = len(channel.entries["crosstalk"])
+    entry = channel.entries["crosstalk"][0].apart()
+    elsewhere = replace(entry.candidate, values={"source": 0.0})
+    for other in (replace(entry, number=10**6), replace(entry, candidate=elsewhere)):
+        channel.begin_with({"crosstalk": other})
+        assert len(channel.entries["crosstalk"]) == before
+    channel.begin_with({"crosstalk": entry})
+    assert len(channel.entries["crosstalk"]) == before + 1
+
+
 def test_a_contact_that_heals_in_part_is_a_step_behind_a_divider() -> None:
     x, codes = clean(11)
     since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 123.0, 0.0)

@@ -355,11 +355,13 @@ class Channel:
         found = {name: [e.apart() for e in entries] for name, entries in self.entries.items()}
         begin = {}
         for name, entry in elsewhere.items():
-            here = self._again(self.nominal, name, entry)
-            # Crosstalk of that number may come from yet another channel.
-            if name in found and here.candidate.values == entry.candidate.values:
+            asked = self._asked(all_effects()[name], self.nominal)
+            source = entry.number, entry.near, entry.place
+            here = offered(asked, name, entry.near, entry.place)[entry.number : entry.number + 1]
+            # Not all channels have the same ones: of that number may be crosstalk from another one.
+            if name in found and [c.values for c in here] == [entry.candidate.values]:
                 begin[name] = len(found[name])
-                found[name].append(here)
+                found[name].append(self._entry(here[0], *source))
         if begin:
             self._take(found)
             self._elsewhere_said = begin
