@@ -352,19 +352,19 @@ class Channel:
 
     def begin_with(self, elsewhere: Mapping[str, Entry]) -> None:
         """Candidates of another channel, with which fits of several effects may begin here too."""
-        found = {name: [e.apart() for e in entries] for name, entries in self.entries.items()}
-        begin = {}
-        for name, entry in elsewhere.items():
+        begin: dict[str, list[Entry]] = {}
+        for name in sorted(elsewhere.keys() & self.entries.keys()):
+            entry = elsewhere[name]
             asked = self._asked(all_effects()[name], self.nominal)
             source = entry.number, entry.near, entry.place
             here = offered(asked, name, entry.near, entry.place)[entry.number : entry.number + 1]
             # Not all channels have the same ones: of that number may be crosstalk from another one.
-            if name in found and [c.values for c in here] == [entry.candidate.values]:
-                begin[name] = len(found[name])
-                found[name].append(self._entry(here[0], *source))
+            if [candidate.values for candidate in here] == [entry.candidate.values]:
+                begin[name] = [self._entry(here[0], *source)]
         if begin:
-            self._take(found)
-            self._elsewhere_said = begin
+            entries = self.entries.items()
+            self._take({n: [e.apart() for e in own] + begin.get(n, []) for n, own in entries})
+            self._elsewhere_said = {name: len(self.entries[name]) - 1 for name in begin}
 
     def _leaves_far_more(self, name: str) -> bool:
         """Whether an effect alone leaves many times what another one does, which is no walk."""

@@ -68,7 +68,7 @@ UPON = 3
 # So many models of a motion beside another effect are tried with the motion of the best one.
 EXCHANGED = 6
 # Where an effect alone costs no more than this share of the gap, and that is such a share of the
-# largest one, its parameters are those of all.
+# largest one, fits of other channels may begin with it too.
 SAID_ALL = 0.02
 MUCH = 0.05
 # So many pairs that act on each other's signal are looked at closely, whatever they say alone.
@@ -389,7 +389,7 @@ def _said_elsewhere(channels: Sequence[Channel], names: Sequence[str]) -> list[d
     result: list[dict[str, Entry]] = [{} for _ in channels]
     there = [c for c, channel in enumerate(channels) if channel.excess >= channel.effect_price]
     # Of a small gap many an effect says all.
-    most = max(channel.excess for channel in channels)
+    most = max(channels[c].excess for c in there)
     much = [c for c in there if channels[c].excess > MUCH * most]
     for name in sorted(set(names) - moving() - {WALK}):
         fits = {c: channels[c].best(frozenset({name})) for c in there}

@@ -47,9 +47,9 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel, or of the two scanned before, as they really read or would
-    without their effects; or a ground that one lifts, a return that all others go through, a supply
-    that sags, or lifts, with all channels together, or a reference with the others. Or what of
-    another channel comes through a capacitance.
+    without their effects; or what a capacitor held of it, a ground that one lifts, a return that
+    all others go through, a supply that sags, or lifts, with all channels together, or a reference
+    with the others. Or what of another channel comes through a capacitance.
     """
     channels = len(nominal.codes)
     result = _shares(nominal)

@@ -113,7 +113,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         parts = np.unique(near).tolist()
         orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0)
         return _grown(nominal, _settling(nominal, parts, orders), from_zero)
-    some = explain(nominal) + _about(nominal, ANYWHERE) + _bent(nominal, BENDS)
+    some = explain(nominal) + _about(nominal, ANYWHERE)
     if FROM in values:
         some += _grown(nominal, _cycles(nominal, FATIGUE), from_zero)
         some += _grown(nominal, _induced(nominal, (0.15, 0.3, 0.45), (0.1,)), from_zero)

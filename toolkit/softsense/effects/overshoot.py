@@ -67,7 +67,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant and power, or where more speed breaks less and less; or one way; or
-    sooner than it forms again, or from some strain rate on."""
+    sooner than it forms again, from some strain rate on, or through which a current tunnels."""
     ladders = () if "tau_s" in values else LADDERS_S
     # What a ladder says coarsely, one time between those of the grid may say better.
     near = (
