@@ -1773,6 +1773,30 @@ def test_a_fast_tone_beside_a_slow_one_is_no_noise() -> None:
     assert cleaned(left, found, motion)[:, 1].std() == pytest.approx(1.0, rel=0.1)
 
 
+@pytest.mark.parametrize("hertz", [0.061, 0.2425, 0.36])
+def test_a_tone_as_slow_as_the_motion_is_a_tone(hertz: float) -> None:
+    """Beside a walk, of which it leaves what is nearly as slow as it."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(7)
+    motion = motion_of(x, 0.05, 0.0, None)
+    alone = 0.3 * np.cumsum(rng.normal(size=codes.shape), axis=0) + rng.normal(size=codes.shape)
+    tone = 12.0 * np.sin(2 * np.pi * hertz * 0.05 * np.arange(len(codes)))
+    left = alone + tone[:, None] * np.array([1.0, 0.0, 1.0, 0.0])
+    found = evident(left, motion)
+    assert {(f.name, f.channels) for f in found} == {("interference", (0,)), ("interference", (2,))}
+    for finding in found:
+        assert finding.value == pytest.approx(hertz, abs=5e-4)
+    rest = cleaned(left, found, motion)
+    assert (rest - alone).std(axis=0).max() < 0.15 * tone.std()
+
+
+def test_a_line_of_the_motion_is_no_slow_tone() -> None:
+    x = 0.5 - 0.5 * np.cos(2 * np.pi * 0.0525 * 0.05 * np.arange(8000))
+    left = np.random.default_rng(8).normal(size=(8000, 1))
+    left[:, 0] += 9.0 * np.cos(3.0 * np.arccos(1.0 - 2.0 * x))
+    assert evident(left, motion_of(x, 0.05, 0.0, None)) == []
+
+
 def test_one_spike_that_is_large_enough_is_one() -> None:
     x, codes = clean(9, 8000)
     for size, said in ((15.0, []), (200.0, ["spikes"])):

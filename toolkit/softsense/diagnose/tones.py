@@ -52,6 +52,14 @@ KEEPS_TIME = np.inf
 # these times at least.
 PARTS = 3
 PART_TIMES = 3.0
+# One that is as slow as the motion, between these frequencies, is a line of so large a share of all
+# power, in so many bins to either side, that stands out by some factor from so many, where the
+# motion makes none that stands out by another one. Over so long it keeps its size and phase.
+SLOW_HZ = 0.05, 0.4
+SLOW_SHARE = 0.2
+LINE_BINS, AROUND_BINS = 3, 15
+SLOW_RATIO, MOTION_RATIO = 30.0, 10.0
+SLOW_S = 200.0
 # So many samples of nearly one phase make a tone of any shape, and so many may be of another side
 # of an edge of it.
 FOLD, EDGE = 31, 7
@@ -272,6 +280,9 @@ def _apart(signal: Floats, frequency: float, dt_s: float) -> Floats:
         for course in courses
     ]
     windows = [window_s for window_s in TONES_S if window_s * frequency >= TONE_PERIODS]
+    if frequency < SLOW_HZ[1]:
+        # What wanders has as much beside it.
+        windows = [SLOW_S]
     parts = _parts(len(signal), round(PART_TIMES * TONES_S[0] / dt_s))
     if parts is None:
         whole = [_seen(signal, *one, len(signal), frequency, dt_s, windows) for one in given]
@@ -330,7 +341,7 @@ def _seen(
     rest = seen[windows[0]][1]
     slow = uniform_filter1d(rest, SLOWER)
     if np.var(slow) < np.var(signal - rest):
-        rest = slow + _folded(signal - slow, turns, dt_s, on)
+        rest = slow + _folded(signal - slow, turns, dt_s, windows[0], on)
         changes = (price + TONE_PRICE) / samples + 2.0 / FOLD
         seen[KEEPS_TIME] = _left_of(rest, changes), rest
     return seen
@@ -346,10 +357,10 @@ def _left_of(rest: Floats, changes: float) -> float:
     return float(np.var(plain)) + (changes + sharp) * noise**2
 
 
-def _folded(signal: Floats, turns: Complex, dt_s: float, on: _While) -> Floats:
+def _folded(signal: Floats, turns: Complex, dt_s: float, window_s: float, on: _While) -> Floats:
     """``signal`` without what comes again with each of the ``turns`` (samples,) while it is ``on``,
     whatever its shape: the median of what is at nearly the same phase."""
-    size = _size(signal, turns, dt_s, TONES_S[0], on)
+    size = _size(signal, turns, dt_s, window_s, on)
     times = np.arange(len(signal))
     late = np.polyval(np.polyfit(times, np.unwrap(np.angle(size)), 1, w=on.on), times)
     order = np.argsort((np.angle(turns) + late) % (2.0 * np.pi))
@@ -406,14 +417,42 @@ def made_by_motion(left: Floats, motion: Motion, frequency: float) -> bool:
     """Whether ``left`` has a line at ``frequency`` (Hz) as it has others that the motion makes."""
     (power,), at = _powers(left[None], motion.dt_s)
     near = np.abs(at - frequency) < SAME_HZ
-    rate = np.gradient(motion.strain)
-    for signal in (motion.strain, motion.strain**2, motion.strain**3, rate**2, np.abs(rate)):
+    for signal in _causes(motion):
         cause = _powers(signal[None], motion.dt_s)[0][0]
         others = np.argsort(np.where(near, 0.0, cause))[-MOTION_LINES:]
         usual = float((power[others] / cause[others]).max())
         if power[near].max() < BEYOND_MOTION * usual * cause[near].max():
             return True
     return False
+
+
+def _causes(motion: Motion) -> tuple[Floats, ...]:
+    """(samples,) each of what the motion makes lines by."""
+    strain, rate = motion.strain, np.gradient(motion.strain)
+    return strain, strain**2, strain**3, rate**2, np.abs(rate)
+
+
+def slow_line(signal: Floats, motion: Motion, least: float = SLOW_SHARE) -> float | None:
+    """Frequency (Hz) of a line of ``SLOW_HZ`` that has ``least`` of all power, and is none of the
+    motion's."""
+    slowest, fastest = SLOW_HZ
+    (power,), at = _powers(signal[None], motion.dt_s, 0.0)
+    peak = int(np.argmax(np.where((at > slowest) & (at < fastest), power, 0.0)))
+    line = slice(max(peak - LINE_BINS, 0), peak + LINE_BINS + 1)
+    if power[line].sum() <= least * power.sum() or _stands(power, peak) <= SLOW_RATIO:
+        return None
+    for cause in _causes(motion):
+        if _stands(_powers(cause[None], motion.dt_s, 0.0)[0][0], peak) > MOTION_RATIO:
+            return None
+    return float((power[line] * at[line]).sum() / power[line].sum())
+
+
+def _stands(power: Floats, peak: int) -> float:
+    """How many times the power about a ``peak`` of a spectrum is that of what surrounds it."""
+    line = power[max(peak - LINE_BINS, 0) : peak + LINE_BINS + 1]
+    around = power[max(peak - AROUND_BINS, 0) : peak + AROUND_BINS + 1]
+    beside = (around.sum() - line.sum()) / max(len(around) - len(line), 1)
+    return float(line.mean() / max(beside, 1e-12))
 
 
 def _spectrum(

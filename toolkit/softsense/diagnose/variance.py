@@ -26,10 +26,12 @@ from softsense.diagnose.spikes import (
 )
 from softsense.diagnose.tones import (
     SAME_HZ,
+    SLOW_SHARE,
     between_lines,
     line_of,
     made_by_motion,
     only_while_on,
+    slow_line,
     while_off,
     without_tone,
 )
@@ -71,6 +73,8 @@ LEAST_TONE = 0.05
 # Of a tone that is taken out before all else: its power, of the noise's, and what is no motion.
 LOUD_TONE = 0.5
 FAST_HZ = 0.4
+# And of a slow one that another channel has, or that may be beside a walk, its share of all power.
+LEAST_SLOW = 0.03
 
 
 @dataclass(frozen=True)
@@ -200,6 +204,7 @@ def _found(
         line = next((f for f in heard if again and abs(again - f) < SAME_HZ), None)
     if line is not None and explained and made_by_motion(rest, motion, line):
         line = None
+    line = line or slow_line(plain_of(rest), motion, LEAST_SLOW if walking else SLOW_SHARE)
     off = np.ones(len(rest), dtype=bool)
     if line is not None:
         rest = without_tone(rest, line, motion.dt_s)
@@ -263,6 +268,8 @@ def evident(
         line = line_of(plain, motion.dt_s, LEAST_TONE if heard else LOUD_TONE, FAST_HZ)
         if line is not None and (heard or made_by_motion(plain, motion, line)):
             line = next((f for f in heard if abs(line - f) < SAME_HZ), None)
+        if line is None:
+            line = slow_line(plain, motion, LEAST_SLOW if heard else SLOW_SHARE)
         if line is not None:
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = without_tone(signal, line, motion.dt_s)
