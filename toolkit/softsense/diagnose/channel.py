@@ -990,9 +990,11 @@ class Channel:
         result = []
         for pick, weights in self.weighted(fit):
             candidate = self.entries[pick[0]][pick[1]].candidate
-            if candidate.straight and len(fit.picks) > 1:
-                # Beside what bends it the other way it may be straight as well.
-                weights = bent(weights)
+            if candidate.levels is not None:
+                weights = candidate.levels(weights)
+                if len(fit.picks) > 1:
+                    # Beside what bends it the other way it may be straight as well.
+                    weights = bent(weights)
             sizes = np.abs(weights)
             alone = float(sizes.max()) > ALONE * float(sizes.sum())
             most = min(candidate.largest, candidate.alone if alone else np.inf)

@@ -391,7 +391,8 @@ class Candidate:
     equation. ``largest``: weights beyond it are not physical, nor those beyond ``alone`` where the
     others are next to nothing, or of the first ``quick`` ones together; ``positive``: nor those
     below 0; ``farthest``: nor what goes farther than so many codes to both sides, whatever its
-    parts are. ``moved()``: (samples,) the strain that reaches the sensor, where that is what the
+    parts are. ``levels(weights)``: of a curve, at even steps, where ``largest`` is of those; beside
+    other effects they may be straight as well. ``moved()``: (samples,) the strain that reaches the sensor, where that is what the
     effect changes; ``by_strain``: the columns are just what the channel says of it, less what it
     says of the nominal strain.
     """
@@ -410,7 +411,7 @@ class Candidate:
     quick: int = 0
     positive: bool = False
     farthest: float = np.inf
-    straight: bool = False
+    levels: Callable[[Floats], Floats] | None = None
     moved: Callable[[], Floats] | None = None
     by_strain: bool = False
 

@@ -26,10 +26,11 @@ BITS = range(4, 12)
 FINE_BITS = range(2, 12)
 # Over so many codes (rms) noise spreads where a bit goes on, or the next coarse step begins.
 SPREADS = (0.6, 2.5, 4.5)
-# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span,
-# by steps and by bits.
+# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span or
+# of all its range, by steps and by bits.
 MARGIN = 0.05
 LARGEST = 0.15
+LARGEST_OF_ALL = 0.025
 FARTHEST = 0.3
 # Codes of the coarse steps of a converter of two stages, and how many of their edges must be met.
 COARSE = (64.0, 128.0, 256.0)
@@ -79,6 +80,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     def up_to(order: int) -> Floats:
         return polynomial()[:, 1 : order + 1]
 
+    largest = max(LARGEST, LARGEST_OF_ALL * nominal.full_scale / nominal.span)
     return [
         Candidate(partial(some, 0, 1), {}, "bow"),
         Candidate(partial(some, 1, 2), {}, "s"),
@@ -92,8 +94,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
                 form,
                 curved=True,
                 pliable=True,
-                largest=LARGEST,
-                straight=True,
+                largest=largest,
+                levels=_levels,
             )
             for form, rungs in (("ladder", RUNGS), ("table", TEETH))
         ),
@@ -207,14 +209,26 @@ def _straight(nominal: Nominal) -> Floats:
 
 
 def _ladder(nominal: Nominal, rungs: int) -> Floats:
-    """(samples, rungs) what each of so many uneven resistors is too large by: straight between."""
-    at = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1)
-    below = np.minimum(at.astype(np.intp), rungs - 2)
-    # All others are zero.
-    result, samples = np.zeros((len(at), rungs)), np.arange(len(at))
-    for rung in (below, below + 1):
-        result[samples, rung] = (1.0 - np.abs(at - rung)) * nominal.span
+    """(samples, rungs) what the middle one of so many uneven resistors is too large by, and what
+    each is more than its neighbour nearer the middle: straight in between.
+
+    So one that a fit has not met is as its neighbour, where it would else be right.
+    """
+    at, middle = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1), (rungs - 1) // 2
+    result = np.empty((len(at), rungs))
+    result[:, 0] = nominal.span
+    for rung in range(rungs - 1):
+        low, high = (0.0, 1.0) if rung >= middle else (-1.0, 0.0)
+        over = at - rung if rung >= middle else at - (rung + 1)
+        result[:, rung + 1] = np.clip(over, low, high) * nominal.span
     return result
+
+
+def _levels(weights: Floats) -> Floats:
+    """(rungs,) what each of them is too large by."""
+    levels = np.concatenate([[0.0], np.cumsum(weights[1:])])
+    above: Floats = levels - levels[(len(weights) - 1) // 2] + weights[0]
+    return above
 
 
 EFFECT = Effect(
