@@ -1797,6 +1797,20 @@ def test_a_line_of_the_motion_is_no_slow_tone() -> None:
     assert evident(left, motion_of(x, 0.05, 0.0, None)) == []
 
 
+def test_a_resistor_that_was_not_met_is_as_its_neighbour() -> None:
+    """Nothing else tells how far a converter is off where a fit has not been."""
+    adc = importlib.import_module("softsense.effects.adc_nonlinearity")
+    share = np.linspace(0.0, 1.0, 441)
+    columns = adc._ladder(SimpleNamespace(share=share, span=500.0), 12)
+    off = 40.0 * (share > 0.3) - 15.0 * (share > 0.6)
+    met = (share > 0.2) & (share < 0.8)
+    weights = np.linalg.lstsq(columns[met], off[met])[0]
+    levels = 500.0 * adc._levels(weights)
+    assert levels == pytest.approx((columns @ weights)[::40])
+    assert levels[[0, -1]] == pytest.approx(levels[[1, -2]])
+    assert levels[[0, -1]] == pytest.approx([0.0, 25.0], abs=5.0)
+
+
 def test_one_spike_that_is_large_enough_is_one() -> None:
     x, codes = clean(9, 8000)
     for size, said in ((15.0, []), (200.0, ["spikes"])):
@@ -2536,7 +2550,7 @@ def test_commands_and_files(tmp_path: Path, capsys) -> None:
     said = capsys.readouterr().out
     assert "drift is missing on s1, s2" in said
     state = (out / "augmentation.json").read_text()
-    (out / "augmentation.json").write_text(state.replace("augmentation/5", "augmentation/1"))
+    (out / "augmentation.json").write_text(state.replace("augmentation/6", "augmentation/1"))
     assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 1
     assert "augmentation.json is softsense.augmentation/1, not" in capsys.readouterr().err
     (out / "augmentation.json").write_text("{")

@@ -392,9 +392,9 @@ class Candidate:
     others are next to nothing, or of the first ``quick`` ones together; ``positive``: nor those
     below 0; ``farthest``: nor what goes farther than so many codes to both sides, whatever its
     parts are. ``levels(weights)``: of a curve, at even steps, where ``largest`` is of those; beside
-    other effects they may be straight as well. ``moved()``: (samples,) the strain that reaches the sensor, where that is what the
-    effect changes; ``by_strain``: the columns are just what the channel says of it, less what it
-    says of the nominal strain.
+    other effects they may be straight as well. ``moved()``: (samples,) the strain that reaches the
+    sensor, where that is what the effect changes; ``by_strain``: the columns are just what the
+    channel says of it, less what it says of the nominal strain.
     """
 
     made: Floats | Callable[[], Floats]

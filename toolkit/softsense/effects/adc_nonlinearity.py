@@ -26,8 +26,8 @@ BITS = range(4, 12)
 FINE_BITS = range(2, 12)
 # Over so many codes (rms) noise spreads where a bit goes on, or the next coarse step begins.
 SPREADS = (0.6, 2.5, 4.5)
-# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span or
-# of all its range, by steps and by bits.
+# The part of a span at its ends that is rarely met, and how far a converter may be off, of a span
+# or of all its range, by steps and by bits.
 MARGIN = 0.05
 LARGEST = 0.15
 LARGEST_OF_ALL = 0.025
@@ -215,13 +215,11 @@ def _ladder(nominal: Nominal, rungs: int) -> Floats:
     So one that a fit has not met is as its neighbour, where it would else be right.
     """
     at, middle = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1), (rungs - 1) // 2
-    result = np.empty((len(at), rungs))
-    result[:, 0] = nominal.span
+    result = np.empty((rungs, len(at)))
+    result[0] = nominal.span
     for rung in range(rungs - 1):
-        low, high = (0.0, 1.0) if rung >= middle else (-1.0, 0.0)
-        over = at - rung if rung >= middle else at - (rung + 1)
-        result[:, rung + 1] = np.clip(over, low, high) * nominal.span
-    return result
+        result[rung + 1] = (np.clip(at - rung, 0.0, 1.0) - (rung < middle)) * nominal.span
+    return result.T
 
 
 def _levels(weights: Floats) -> Floats:
