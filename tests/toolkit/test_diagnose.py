@@ -1797,6 +1797,13 @@ def test_a_line_of_the_motion_is_no_slow_tone() -> None:
     assert evident(left, motion_of(x, 0.05, 0.0, None)) == []
 
 
+def test_a_drift_of_a_short_recording_is_no_slow_tone() -> None:
+    t = np.arange(400) / RATE_HZ
+    left = np.random.default_rng(8).normal(size=(400, 1))
+    left[:, 0] += 60.0 * np.exp(-3.0 * t / t[-1])
+    assert evident(left, motion_of(0.5 - 0.5 * np.cos(3.0 * t), 0.05, 0.0, None)) == []
+
+
 def test_a_resistor_that_was_not_met_is_as_its_neighbour() -> None:
     """Nothing else tells how far a converter is off where a fit has not been."""
     adc = importlib.import_module("softsense.effects.adc_nonlinearity")

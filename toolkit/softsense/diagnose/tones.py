@@ -279,10 +279,9 @@ def _apart(signal: Floats, frequency: float, dt_s: float) -> Floats:
         for on, times in ([always, switched] if switched[1] else [always])
         for course in courses
     ]
-    windows = [window_s for window_s in TONES_S if window_s * frequency >= TONE_PERIODS]
-    if frequency < SLOW_HZ[1]:
-        # What wanders has as much beside it.
-        windows = [SLOW_S]
+    # What wanders has as much beside a slow one.
+    slow = frequency < SLOW_HZ[1]
+    windows = [SLOW_S] if slow else [each for each in TONES_S if each * frequency >= TONE_PERIODS]
     parts = _parts(len(signal), round(PART_TIMES * TONES_S[0] / dt_s))
     if parts is None:
         whole = [_seen(signal, *one, len(signal), frequency, dt_s, windows) for one in given]
@@ -434,11 +433,15 @@ def _causes(motion: Motion) -> tuple[Floats, ...]:
 
 def slow_line(signal: Floats, motion: Motion, least: float = SLOW_SHARE) -> float | None:
     """Frequency (Hz) of a line of ``SLOW_HZ`` that has ``least`` of all power, and is none of the
-    motion's."""
+    motion's; what has too few periods for neighbours on both sides may be a drift."""
     slowest, fastest = SLOW_HZ
     (power,), at = _powers(signal[None], motion.dt_s, 0.0)
-    peak = int(np.argmax(np.where((at > slowest) & (at < fastest), power, 0.0)))
-    line = slice(max(peak - LINE_BINS, 0), peak + LINE_BINS + 1)
+    there = np.flatnonzero((at > slowest) & (at < fastest))
+    there = there[there >= AROUND_BINS]
+    if not len(there):
+        return None
+    peak = int(there[np.argmax(power[there])])
+    line = slice(peak - LINE_BINS, peak + LINE_BINS + 1)
     if power[line].sum() <= least * power.sum() or _stands(power, peak) <= SLOW_RATIO:
         return None
     for cause in _causes(motion):
@@ -449,8 +452,8 @@ def slow_line(signal: Floats, motion: Motion, least: float = SLOW_SHARE) -> floa
 
 def _stands(power: Floats, peak: int) -> float:
     """How many times the power about a ``peak`` of a spectrum is that of what surrounds it."""
-    line = power[max(peak - LINE_BINS, 0) : peak + LINE_BINS + 1]
-    around = power[max(peak - AROUND_BINS, 0) : peak + AROUND_BINS + 1]
+    line = power[peak - LINE_BINS : peak + LINE_BINS + 1]
+    around = power[peak - AROUND_BINS : peak + AROUND_BINS + 1]
     beside = (around.sum() - line.sum()) / max(len(around) - len(line), 1)
     return float(line.mean() / max(beside, 1e-12))
 

@@ -210,7 +210,7 @@ def _straight(nominal: Nominal) -> Floats:
 
 def _ladder(nominal: Nominal, rungs: int) -> Floats:
     """(samples, rungs) what the middle one of so many uneven resistors is too large by, and what
-    each is more than its neighbour nearer the middle: straight in between.
+    each is more than the one below it: straight in between.
 
     So one that a fit has not met is as its neighbour, where it would else be right.
     """
