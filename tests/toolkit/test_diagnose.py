@@ -23,7 +23,7 @@ from softsense.diagnose import augment, diagnose, folder, telling, vetting
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.design import Fit
-from softsense.diagnose.engine import change_of
+from softsense.diagnose.engine import BETWEEN_S, change_of
 from softsense.diagnose.nominal import (
     curves_of,
     denoise,
@@ -615,6 +615,25 @@ def test_a_clock_that_wandered_is_foretold_to_be_where_it_mostly_was() -> None:
     # The last delay, 0.3 s, would be further off than one of 0.1 s.
     off = np.stack([np.interp(index - 0.1 * RATE_HZ, index, c) for c in codes.T], axis=1)
     assert np.std((later - made[then])[1000:]) < np.std((off - made)[then][1000:])
+
+
+@pytest.mark.parametrize(
+    ("period_s", "set_right"), [(9.0, True), (47.0, True), (83.0, False)], ids=str
+)
+def test_a_clock_that_comes_and_goes_does_so_later_too(period_s: float, set_right: bool) -> None:
+    between = round(BETWEEN_S * RATE_HZ)
+    x = random_motion(SAMPLES + between + 4000, 1.0 / RATE_HZ, 48)
+    index = np.arange(len(x), dtype=float)
+    turns = index / RATE_HZ / period_s + 0.3
+    late = turns % 1.0 if set_right else 0.5 + 0.5 * np.sin(2.0 * np.pi * turns)
+    codes = sensed(x)
+    made = np.stack([np.interp(index - 2.0 - 3.0 * late, index, c) for c in codes.T], axis=1)
+    first, then = slice(0, SAMPLES), slice(SAMPLES + between, None)
+    result = diagnose(recorded(x[first], codes[first], 1), recorded(x[first], made[first], 2))
+    assert result.effects == ("delay",)
+    later = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
+    even = np.stack([np.interp(index - 3.5, index, c) for c in codes.T], axis=1)
+    assert np.std(later - made[then]) < 0.2 * np.std((even - made)[then])
 
 
 def test_a_drivers_smoothing_of_less_than_a_sample_is_a_lag() -> None:
@@ -2557,7 +2576,7 @@ def test_commands_and_files(tmp_path: Path, capsys) -> None:
     said = capsys.readouterr().out
     assert "drift is missing on s1, s2" in said
     state = (out / "augmentation.json").read_text()
-    (out / "augmentation.json").write_text(state.replace("augmentation/6", "augmentation/1"))
+    (out / "augmentation.json").write_text(state.replace("augmentation/7", "augmentation/1"))
     assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 1
     assert "augmentation.json is softsense.augmentation/1, not" in capsys.readouterr().err
     (out / "augmentation.json").write_text("{")

@@ -228,6 +228,10 @@ class Channel:
         asked = replace(nominal, keep=self._thin)
         return asked.kept() if effect.memoryless else asked
 
+    def thinned(self) -> Nominal:
+        """The nominal signal, for traces of the samples that the search looks at."""
+        return replace(self.nominal, keep=self._thin)
+
     def _first_gain(self, history: Floats) -> float:
         """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""
         residual, gain = self.residual[self._thin], self.gain

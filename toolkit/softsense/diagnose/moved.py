@@ -3,12 +3,13 @@
 On one channel alone a delay that is a little off makes room for a lag, and play for hysteresis; all
 channels together know it closely. Its candidate is chosen for all of them at once, and its
 parameters are then fitted to all (Gauss-Newton with damping and numerical derivatives), beside what
-other effects do on each channel.
+other effects do on each channel. One that comes and goes in time is known by what a change of it
+would gain at every sample.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -18,11 +19,15 @@ from numpy.typing import NDArray
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key, Pick
-from softsense.effects import Fine, Nominal, all_effects
+from softsense.diagnose.periods import courses
+from softsense.effects import Fine, Nominal, Recurring, all_effects
 
 Floats = NDArray[np.float64]
 # Parameters of each effect.
 Values = Mapping[str, Mapping[str, float]]
+Forms = Mapping[str, str]
+# (channels, searched samples) of what others leave, in noise sizes.
+Left = Callable[[Values, Forms], Floats]
 
 # One strain says nothing of fewer channels, nor of a smaller gap.
 LEAST_CHANNELS = 3
@@ -35,6 +40,11 @@ NEWTON_STEPS = 6
 STRAIGHT = 0.005
 LITTLE = 0.02
 STEPS = 20
+# What comes and goes in time says so much of what one that is free at every sample would, and more
+# than so many variances of the noise; it is looked for again so often, around what was found.
+RECURS = 0.3
+LEAST_RECURRING = 100.0
+AGAIN = 2
 # A step that gains less of the cost is the last, where it is a whole one; and one that fails where
 # it is this short.
 LEAST_GAIN = 1e-3
@@ -172,22 +182,102 @@ def refined(
     ]
     if not free:
         return None
-    forms = {name: entry.candidate.form for name, entry in entries.items()}
-    values = _fitted(active, begun, free, forms, fine)
+    forms: Forms = {name: entry.candidate.form for name, entry in entries.items()}
+    left = _left_by(active)
+    values = _fitted(left, begun, free, forms, fine)
+    if stage == 1:
+        values, forms = _recurring(left, active[0][0], values, forms, fine)
     return [_entries(channel, channel.nominal, values, forms) for channel in channels]
 
 
+def _left_by(active: Sequence[tuple[Channel, Fit]]) -> Left:
+    """What effects of the motion leave of what the others do."""
+    rests = np.stack([c.left_by(fit, set(fit.picks) - set(c.held(fit))) for c, fit in active])
+    sigmas = np.array([[channel.sigma] for channel, _ in active])
+
+    def left(values: Values, forms: Forms) -> Floats:
+        rest: Floats = (rests - _changes(active, values, forms)) / sigmas
+        return rest
+
+    return left
+
+
+def _weights(left: Floats) -> Floats:
+    """(channels, 1) where each channel is off by a variance of its own: those that are said well
+    know it best."""
+    weights: Floats = 1.0 / np.maximum((left**2).mean(axis=1, keepdims=True), 1.0)
+    return weights
+
+
+def _recurring(
+    left: Left, channel: Channel, values: Values, forms: Forms, fine: Mapping[str, Fine]
+) -> tuple[Values, Forms]:
+    """``values`` and ``forms``, or such with a value that comes and goes in time, where that leaves
+    less."""
+
+    def offered(name: str, values: Values, forms: Forms) -> list[tuple[Values, Forms]]:
+        given = fine[name].recurring
+        if given is None:
+            return []
+        step = fine[name].steps[given.key]
+        now = left(values, forms)
+        there = {**values, name: {**values[name], given.key: values[name][given.key] + step}}
+        slope, weights = (now - left(there, forms)) / step, _weights(now)
+        pull, power = (weights * slope * now).sum(axis=0), (weights * slope**2).sum(axis=0)
+        made = _comes_and_goes(given, channel.thinned(), values[name], forms[name], pull, power)
+        return [({**values, name: own}, {**forms, name: form}) for form, own in made]
+
+    def cost(values: Values, forms: Forms) -> float:
+        return float(np.log(np.maximum((left(values, forms) ** 2).mean(axis=1), LEAST_LEFT)).sum())
+
+    best = values, forms
+    for name in values:
+        for made in offered(name, values, forms):
+            for _ in range(AGAIN):
+                again = [one for one in offered(name, *made) if one[1] == made[1]]
+                made = min([made, *again], key=lambda one: cost(*one))
+            keys = [(name, key) for key in made[0][name] if key in fine[name].steps]
+            fitted = _fitted(left, made[0], keys, made[1], fine), made[1]
+            best = min([best, fitted], key=lambda one: cost(*one))
+    return best
+
+
+def _comes_and_goes(
+    given: Recurring,
+    nominal: Nominal,
+    values: Mapping[str, float],
+    form: str,
+    pull: Floats,
+    power: Floats,
+) -> list[tuple[str, dict[str, float]]]:
+    """Forms and values with a ``given`` one that comes and goes in time, and says much of what
+    ``values`` leave.
+
+    ``pull`` and ``power`` (kept samples,): what a small change p of the given value gains there is
+    2 p pull - p^2 power.
+    """
+    step_s = nominal.dt_s * (nominal.keep.step or 1)
+    time_s = nominal.start_s - nominal.reference.start_s + step_s * np.arange(float(len(pull)))
+    # What any value at every sample would gain, beyond chance.
+    most = float(np.sum(pull**2 / np.maximum(power, 1e-9 * power.max()))) - len(pull)
+    pull = pull + power * given.course(nominal, values, form)
+    forms, result = {shape: form for form, shape in given.waves.items()}, []
+    for course in courses(time_s, pull, power, max(RECURS * most, LEAST_RECURRING)):
+        made = {given.key: course.begin, given.pace: course.pace, given.swing: course.swing}
+        made |= {"period_s": course.period_s, "phase": course.phase}
+        result.append((forms[course.shape], made))
+    return result
+
+
 def _fitted(
-    active: Sequence[tuple[Channel, Fit]],
+    left_of: Left,
     begun: Values,
     keys: Sequence[tuple[str, str]],
-    forms: Mapping[str, str],
+    forms: Forms,
     fine: Mapping[str, Fine],
 ) -> Values:
     """``begun`` with the values of ``keys`` that leave least of what other effects leave."""
     sizes = np.array([fine[name].steps[key] for name, key in keys])
-    rests = np.stack([c.left_by(fit, set(fit.picks) - set(c.held(fit))) for c, fit in active])
-    sigmas = np.array([[channel.sigma] for channel, _ in active])
 
     def values(theta: Floats) -> Values:
         made = {name: dict(given) for name, given in begun.items()}
@@ -196,16 +286,14 @@ def _fitted(
         return made
 
     def left(theta: Floats) -> Floats:
-        rest: Floats = (rests - _changes(active, values(theta), forms)) / sigmas
-        return rest
+        return left_of(values(theta), forms)
 
     theta = np.array([begun[name][key] for name, key in keys])
     now, damping, moved = left(theta), 1e-3, True
     slopes = np.empty((len(theta), now.size))
     for _ in range(STEPS):
         if moved:
-            # Each channel is off by a variance of its own: those that are said well know it best.
-            weights = 1.0 / np.maximum((now**2).mean(axis=1, keepdims=True), 1.0)
+            weights = _weights(now)
             for k, size in enumerate(sizes):
                 there = theta.copy()
                 there[k] += size
@@ -229,9 +317,7 @@ def _fitted(
     return values(theta)
 
 
-def _changes(
-    active: Sequence[tuple[Channel, Fit]], values: Values, forms: Mapping[str, str]
-) -> Floats:
+def _changes(active: Sequence[tuple[Channel, Fit]], values: Values, forms: Forms) -> Floats:
     """(channels, searched samples) what effects of the motion change on each channel."""
     channels = [channel for channel, _ in active]
     (name, given), *others = values.items()
@@ -257,9 +343,7 @@ def _change(entries: Mapping[str, Entry]) -> Floats:
     return change
 
 
-def _entries(
-    channel: Channel, nominal: Nominal, values: Values, forms: Mapping[str, str]
-) -> dict[str, Entry]:
+def _entries(channel: Channel, nominal: Nominal, values: Values, forms: Forms) -> dict[str, Entry]:
     """The entries of effects of the motion upon a ``nominal`` signal of the channel, each acting on
     what the one before has done."""
     result: dict[str, Entry] = {}

@@ -449,17 +449,34 @@ class Candidate:
 
 
 @dataclass(frozen=True)
+class Recurring:
+    """A value that may come and go in time: ``key + pace t + swing wave(t / period_s + phase)``.
+
+    ``key``, ``pace`` and ``swing``: what these are called, besides ``period_s`` and ``phase``.
+    ``course(nominal, values, form)``: (kept samples,) of that value; ``waves``: of each form
+    (``operators.wave``).
+    """
+
+    key: str
+    pace: str
+    swing: str
+    course: Callable[[Nominal, Mapping[str, float], str], Floats]
+    waves: Mapping[str, str]
+
+
+@dataclass(frozen=True)
 class Fine:
     """Candidates between those of any grid.
 
     ``at(nominal, values)``: all that have these values; ``steps``: how far each value is moved to
     see what that does; ``more``: further values that such an effect may have, at first 0, and after
-    those yet others.
+    those yet others. ``recurring``: one of the values that may come and go in time.
     """
 
     at: Callable[[Nominal, Mapping[str, float]], list[Candidate]]
     steps: Mapping[str, float]
     more: tuple[tuple[str, ...], ...] = ()
+    recurring: Recurring | None = None
 
 
 Explain = Callable[[Nominal], list[Candidate]]

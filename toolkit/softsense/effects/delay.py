@@ -17,18 +17,27 @@ from softsense.effects import (
     Floats,
     Nominal,
     Parameter,
+    Recurring,
     State,
     Values,
 )
+from softsense.effects.operators import SAW, SINE, wave
 
 FORMS = ("smooth", "linear")
 # Polynomials of time (Legendre) that say how a delay wanders about an even course, in seconds each.
 COURSES = tuple(f"course{k}" for k in range(2, 10))
 # And delays beyond those at even times, straight in between.
 KNOTS = tuple(f"knot{k}" for k in range(41))
+# What comes again: a clock in a room that warms and cools, and one that is set right now and then,
+# or that beats with another one.
+WAVES = {"swinging": SINE, "set right": SAW}
 # After which part of a recording what wandered in it is forgotten.
 RETURNS = 0.1
-STEPS = {"delay_s": 0.001, "skew": 3e-6, **dict.fromkeys((*COURSES, *KNOTS), 0.001)}
+STEPS = {
+    **dict.fromkeys(("delay_s", "swing_s", "phase", *COURSES, *KNOTS), 0.001),
+    "skew": 3e-6,
+    "period_s": 0.01,
+}
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
 ENDS_S = (0.0, 0.015, 0.05, 0.2, 0.5, 1.5)
 SKEWED = [(a, b) for a in ENDS_S for b in ENDS_S if a != b]
@@ -85,6 +94,8 @@ def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Just this delay; one that changes goes from sample to sample straight between samples."""
     if values.keys() == {"delay_s"}:
         return _traces(nominal, np.array([values["delay_s"]]), FORMS)
+    if "period_s" in values:
+        return [_changing(nominal, values, form) for form in WAVES]
     return [_changing(nominal, values)]
 
 
@@ -142,17 +153,18 @@ def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Can
     return result
 
 
-def _changing(nominal: Nominal, values: Mapping[str, float]) -> Candidate:
+def _changing(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Candidate:
     def made() -> Floats:
-        read = _read(nominal.u, nominal, _late_s(nominal, values))
+        read = _read(nominal.u, nominal, _late_s(nominal, values, form))
         return (read - nominal.u[nominal.keep])[:, None]
 
-    moved, freely = partial(_moved, nominal, values), KNOTS[0] in values
-    form = "skewed" if values.keys().isdisjoint((*COURSES, *KNOTS)) else "wandering"
+    moved, freely = partial(_moved, nominal, values, form), KNOTS[0] in values
+    if not form:
+        form = "skewed" if values.keys().isdisjoint((*COURSES, *KNOTS)) else "wandering"
     return Candidate(made, values, form, fixed=True, pliable=freely, moved=moved)
 
 
-def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
+def _late_s(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Floats:
     """(samples,) the delay of a course of time."""
     reference, step = nominal.reference, nominal.keep.step or 1
     times = (
@@ -161,12 +173,13 @@ def _late_s(nominal: Nominal, values: Mapping[str, float]) -> Floats:
         nominal.dt_s * step,
         reference.duration_s,
     )
-    return _late(tuple(values.items()), *times)
+    return _late(tuple(values.items()), form, *times)
 
 
 @lru_cache(maxsize=8)
 def _late(
     values: tuple[tuple[str, float], ...],
+    form: str,
     samples: int,
     first_s: float,
     step_s: float,
@@ -176,6 +189,9 @@ def _late(
     given, times = dict(values), (samples, first_s, step_s, duration_s)
     since = _since(*times)
     late: Floats = given.get("delay_s", 0.0) + given.get("skew", 0.0) * duration_s * since
+    if form in WAVES:
+        turns = duration_s * since / given["period_s"] + given["phase"]
+        late = late + given["swing_s"] * wave(WAVES[form], turns)
     # What is to come is not known: the last delay stays, or grows on evenly.
     if not given.keys().isdisjoint(COURSES):
         late = late + _courses(*times) @ np.array([given.get(key, 0.0) for key in COURSES])
@@ -212,10 +228,10 @@ def _since(samples: int, first_s: float, step_s: float, duration_s: float) -> Fl
     return since
 
 
-def _moved(nominal: Nominal, values: Mapping[str, float]) -> Floats:
+def _moved(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Floats:
     """(samples,) the strain so late."""
     always = replace(nominal, keep=slice(None))
-    return _read(nominal.strain, always, _late_s(always, values))
+    return _read(nominal.strain, always, _late_s(always, values, form))
 
 
 def _read(u: Floats, nominal: Nominal, late_s: Floats) -> Floats:
@@ -240,6 +256,11 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
-    fine=Fine(at, STEPS, (("delay_s", "skew", *COURSES), KNOTS)),
+    fine=Fine(
+        at,
+        STEPS,
+        (("delay_s", "skew", *COURSES), KNOTS),
+        Recurring("delay_s", "skew", "swing_s", _late_s, WAVES),
+    ),
     exact=True,
 )

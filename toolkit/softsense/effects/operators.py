@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 # Of so many samples filters run over several parts at once, and forget what is so little.
 LONG = 100_000
 FORGOTTEN = 1e-20
+# What comes and goes with a period.
+SINE, SAW = "sine", "saw-tooth"
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -29,6 +31,14 @@ def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
     except RuntimeError:  # no writable folder for the cache: compile in every process
         result = njit(nogil=True)(function)
     return result
+
+
+def wave(shape: str, turns: Floats) -> Floats:
+    """(samples,) after so many ``turns`` (samples,): a sine, or a saw-tooth that rises from -1/2 to
+    1/2."""
+    if shape == SINE:
+        return np.asarray(np.sin(2.0 * np.pi * turns))
+    return np.asarray(turns % 1.0 - 0.5)
 
 
 def first_order_hold(dt_s: float, tau_s: float) -> tuple[float, float, float]:
