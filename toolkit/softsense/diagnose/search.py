@@ -601,7 +601,7 @@ def _upon_motion(
     """
     may_pay = _least(channels, 2) < models[0].price
     named = next(made for made in models if WALK not in made.names)
-    if channels[0].long or not may_pay or _without_motion(channels, named):
+    if channels[0].long or not may_pay or _left(channels, named) < _for_one_each(channels):
         return []
     result = []
     rest = [name for name in names if name not in moving() and name != WALK]
