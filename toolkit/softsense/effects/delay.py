@@ -36,7 +36,8 @@ RETURNS = 0.1
 STEPS = {
     **dict.fromkeys(("delay_s", "swing_s", "phase", *COURSES, *KNOTS), 0.001),
     "skew": 3e-6,
-    "period_s": 0.01,
+    # Of many turns it moves the last one far.
+    "period_s": 1e-5,
 }
 # Delays at the beginning and the end of a recording, in seconds, where clocks run apart.
 ENDS_S = (0.0, 0.015, 0.05, 0.2, 0.5, 1.5)
