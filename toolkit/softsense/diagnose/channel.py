@@ -225,12 +225,12 @@ class Channel:
 
     def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
         """``nominal`` for traces of the samples that the search looks at."""
-        asked = replace(nominal, keep=self._thin)
+        asked = self.thinned(nominal)
         return asked.kept() if effect.memoryless else asked
 
-    def thinned(self) -> Nominal:
-        """The nominal signal, for traces of the samples that the search looks at."""
-        return replace(self.nominal, keep=self._thin)
+    def thinned(self, nominal: Nominal) -> Nominal:
+        """``nominal`` with only the samples that the search looks at kept."""
+        return replace(nominal, keep=self._thin)
 
     def _first_gain(self, history: Floats) -> float:
         """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""

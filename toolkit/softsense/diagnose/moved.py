@@ -215,7 +215,9 @@ def _recurring(
     """``values`` and ``forms``, or such with a value that comes and goes in time, where that leaves
     less."""
 
-    def offered(name: str, values: Values, forms: Forms) -> list[tuple[Values, Forms]]:
+    def offered(
+        name: str, values: Values, forms: Forms, of: Sequence[str] | None = None
+    ) -> list[tuple[Values, Forms]]:
         given = fine[name].recurring
         if given is None:
             return []
@@ -224,7 +226,10 @@ def _recurring(
         there = {**values, name: {**values[name], given.key: values[name][given.key] + step}}
         slope, weights = (now - left(there, forms)) / step, _weights(now)
         pull, power = (weights * slope * now).sum(axis=0), (weights * slope**2).sum(axis=0)
-        made = _comes_and_goes(given, channel.thinned(), values[name], forms[name], pull, power)
+        if of is not None:
+            given = replace(given, waves={form: given.waves[form] for form in of})
+        nominal = channel.thinned(channel.nominal)
+        made = _comes_and_goes(given, nominal, values[name], forms[name], pull, power)
         return [({**values, name: own}, {**forms, name: form}) for form, own in made]
 
     def cost(values: Values, forms: Forms) -> float:
@@ -234,7 +239,7 @@ def _recurring(
     for name in values:
         for made in offered(name, values, forms):
             for _ in range(AGAIN):
-                again = [one for one in offered(name, *made) if one[1] == made[1]]
+                again = offered(name, *made, of=[made[1][name]])
                 made = min([made, *again], key=lambda one: cost(*one))
             keys = [(name, key) for key in made[0][name] if key in fine[name].steps]
             fitted = _fitted(left, made[0], keys, made[1], fine), made[1]
@@ -262,7 +267,7 @@ def _comes_and_goes(
     most = float(np.sum(pull**2 / np.maximum(power, 1e-9 * power.max()))) - len(pull)
     pull = pull + power * given.course(nominal, values, form)
     forms, result = {shape: form for form, shape in given.waves.items()}, []
-    for course in courses(time_s, pull, power, max(RECURS * most, LEAST_RECURRING)):
+    for course in courses(time_s, pull, power, max(RECURS * most, LEAST_RECURRING), forms):
         made = {given.key: course.begin, given.pace: course.pace, given.swing: course.swing}
         made |= {"period_s": course.period_s, "phase": course.phase}
         result.append((forms[course.shape], made))

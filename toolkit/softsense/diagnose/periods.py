@@ -8,7 +8,9 @@ their phase, say at once what each phase would.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +25,11 @@ LEAST_PERIODS = 2.5
 LEAST_SAMPLES = 4.0
 LEAST_PERIOD_S = 5.0
 LINES = 3
-# Teeth say less than so many times what their first line does.
-OF_FIRST = 2.0
 NEAR_A_LINE = 9
 CLOSER = 3
+# Teeth say less than so many times what their first line does.
+OF_FIRST = 2.0
+# A spectrum has a line between its own ones: so many times as many are looked at.
 PADDED = 4
 
 
@@ -46,14 +49,20 @@ class Course:
     gained: float
 
 
-def courses(time_s: Floats, pull: Floats, power: Floats, least: float) -> list[Course]:
+def courses(
+    time_s: Floats,
+    pull: Floats,
+    power: Floats,
+    least: float,
+    shapes: Iterable[str] = (SINE, SAW),
+) -> list[Course]:
     """The best course of each wave at even times ``time_s`` (samples,), that gains ``least``.
 
     ``pull`` and ``power`` (samples,): a parameter that is p at a sample gains 2 p pull - p^2 power.
     """
     even = _Even(time_s, pull, power)
     lines = even.lines(least / OF_FIRST)
-    made = [_best(even, shape, lines) for shape in (SINE, SAW)] if lines else []
+    made = [_best(even, shape, lines) for shape in shapes] if lines else []
     return [course for course in made if course.gained > least]
 
 
@@ -107,14 +116,10 @@ def _best(even: _Even, shape: str, lines: list[float]) -> Course:
         middle, reach = line, 0.5 / even.long_s
         for _ in range(CLOSER):
             near = middle + reach * np.linspace(-1.0, 1.0, NEAR_A_LINE)
-            best = max((with_phase(even, 1.0 / f) for f in near.tolist()), key=_gained)
+            best = max((with_phase(even, 1.0 / f) for f in near.tolist()), key=attrgetter("gained"))
             middle, reach = 1.0 / best.period_s, 2.0 * reach / (NEAR_A_LINE - 1)
         made.append(best)
-    return max(made, key=_gained)
-
-
-def _gained(course: Course) -> float:
-    return course.gained
+    return max(made, key=attrgetter("gained"))
 
 
 def _sine(even: _Even, period_s: float) -> Course:

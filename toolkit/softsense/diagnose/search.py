@@ -597,7 +597,7 @@ def _upon_motion(
     """What moves the strain alone, with another effect upon it.
 
     Side by side with a motion that moves much, little of what acts upon it is seen; but not where
-    no motion is needed to say what there is, though a walk may follow that.
+    the best model without a walk, which follows whatever is left, leaves less than effects cost.
     """
     may_pay = _least(channels, 2) < models[0].price
     named = next(made for made in models if WALK not in made.names)
