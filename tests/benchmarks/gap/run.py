@@ -4,8 +4,8 @@
                                      [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere``, ``liquid``, ``wearable`` and ``actuator`` have sensors, motions and equations of
-other origins, and ``strange`` has only what no entry of the catalogue describes.
+``elsewhere``, ``liquid``, ``wearable``, ``actuator`` and ``optical`` have sensors, motions and
+equations of other origins, and ``strange`` has only what no entry of the catalogue describes.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -31,6 +31,7 @@ import actuator
 import cases
 import elsewhere
 import liquid
+import optical
 import strange
 import wearable
 from cases import LAST, NAMES, SAMPLES
@@ -60,13 +61,14 @@ ALIASES = {
 }
 RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
-HALVES = ("train", "held-out", "elsewhere", "liquid", "strange", "wearable", "actuator")
+HALVES = ("train", "held-out", "elsewhere", "liquid", "strange", "wearable", "actuator", "optical")
 OF_OTHERS = {
     "elsewhere": elsewhere,
     "liquid": liquid,
     "strange": strange,
     "wearable": wearable,
     "actuator": actuator,
+    "optical": optical,
 }
 
 # What is hidden, seed, excitation, half, and what shall not be known.
