@@ -50,7 +50,7 @@ Floats = NDArray[np.float64]
 Offered = list[dict[str, list[Entry]]]
 
 # Of what ``augment`` needs beside diagnosis.json: another one means other things.
-SCHEMA = "softsense.augmentation/7"
+SCHEMA = "softsense.augmentation/8"
 STATIC_KNOTS = 8
 BETWEEN_S = 10.0
 # Channels hear what others make of what they hear: each time less by the crosstalk's share.
@@ -67,8 +67,10 @@ SETTLED = 0.02
 ALIKE = frozenset({"lag", "gain"})
 # What spikes leave that were taken out, of what they were.
 SPIKES_LEAVE = 0.06
-# A residual that changes by less of its noise variance is searched once.
+# A residual that changes by less of its noise variance is searched once, and where what is left has
+# no less of its noise.
 SAME = 0.05
+QUIETER = 0.8
 
 
 @dataclass(frozen=True)
@@ -219,8 +221,9 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         names: Sequence[str],
         found: Sequence[variance.Finding],
         earlier: Offered | None = None,
+        loudest: Floats | float = np.inf,
     ) -> tuple[list[Channel], Vetted]:
-        noise = variance.noise_beside(rest, found)
+        noise = np.minimum(variance.noise_beside(rest, found), loudest)
         heard = by_channel(smooth + rest)
         hearing = [replace(nominal, heard=heard) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, kept, names, earlier)
@@ -247,11 +250,16 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
-    if again and not settled:
+    # What jumps had been taken for noise.
+    level = noise_rms(rest)
+    quieter = level < QUIETER * np.array([channel.sigma for channel in channels])
+    quieter[coarse] = False
+    if (again or quieter.any()) and not settled:
         # Spikes and lines had been taken for noise, or too much for a line. What was looked at
         # before takes as much memory again.
         del channels, checked
-        channels, checked = looked(better, known, found)
+        loudest = np.where(quieter, level, np.inf)
+        channels, checked = looked(better, known, found, None, loudest)
         left = residual - said(channels, checked.models[0])
         read = _read(channels, checked.models[0], simulated)
         found = _found(left, checked, residual, read, motion, coarse, met, _tones(found))
@@ -473,14 +481,19 @@ def _channels(
 
 
 def _noise(nominal: Nominal, level: float, own: float) -> float:
-    """The noise ``level`` of a residual, or what lost codes make of the simulation's ``own``.
+    """The noise ``level`` of a residual, within what lost codes make of the simulation's ``own``,
+    or of somewhat more.
 
     What they make of the signal itself is no noise, and looks like it.
     """
     if not len(nominal.lost):
         return float(level)
-    codes, _, square = read_instead(nominal.lost, "oftener", LOUDER * own)
-    return float(min(level, np.sqrt(np.interp(nominal.u, codes, square).mean())))
+
+    def read(noise: float) -> float:
+        codes, _, square = read_instead(nominal.lost, "oftener", noise)
+        return float(np.sqrt(np.interp(nominal.u, codes, square).mean()))
+
+    return float(np.clip(level, read(own), read(LOUDER * own)))
 
 
 def said(channels: Sequence[Channel], best: Model) -> Floats:
@@ -544,6 +557,7 @@ def _found(
         walking=(*best.channels_of(WALK), *checked.noisy),
         heard=heard,
         bent=[c for name in CURVES for c in best.channels_of(name)],
+        edged=best.channels_of("adc_nonlinearity"),
         coarse=coarse,
         codes=met,
         noisy=checked.noisy,

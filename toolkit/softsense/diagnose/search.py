@@ -201,7 +201,9 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     # A clock, or play in the drive, is the same for all channels.
     partial = sum(_partial(channels, fits, name) for name in names)
     price += PARTIAL_PRICE * channels[0].samples * partial
-    price += BROAD_PRICE * channels[0].samples * sum(all_effects()[name].broad for name in names)
+    # A walk says all that is slow anyway.
+    broad = WALK not in names and any(all_effects()[name].broad for name in names)
+    price += BROAD_PRICE * channels[0].samples * broad
     price += THIRD_PRICE * channels[0].samples * max(len(names) - 2, 0)
     price += STRAIGHT_PRICE * channels[0].samples * len(_straight(channels, fits))
     if _on_the_same(fits, names):

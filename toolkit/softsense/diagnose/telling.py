@@ -130,10 +130,13 @@ def tell(
     unknown = unknown or (unspoken and _unknown(channels, best))
     unknown = unknown or (nameless and not best.names and not found)
     unknown = unknown or checked.strained_otherwise or signed(channels, best)
+    if unknown:
+        # What is on channels where nothing wanders is no part of that.
+        calm = set(range(len(channels))) - {*best.channels_of(WALK)} if jerky else set[int]()
+        there = [(finding, tuple(c for c in finding.channels if c in calm)) for finding in found]
+        found = [replace(finding, channels=some) for finding, some in there if some]
     if unknown or jerky:
         best = replace(best, names=frozenset())
-    if unknown:
-        found = []
     if not best.names:
         change = np.zeros_like(change)
     spoken = [c for c in range(len(channels)) if c not in checked.noisy]

@@ -107,6 +107,10 @@ SWITCH_PRICE = 12.0
 FADES = 12
 # Samples of a spectrum in whose middle lines do not show.
 PIECE = 256
+# And the part of its frequencies that is beside a tone and its harmonics; so much of what is there
+# is noise, for short pulses are everywhere.
+QUIET_PART = 0.25
+OF_NOISE = 0.6
 # The part of all samples that says how loud it is without the tone.
 LEAST_OFF = 0.1
 # Spikes are there while it is off, too: no less often than this part of what chance would have.
@@ -324,6 +328,7 @@ def _seen(
     of these ways.
     """
     seen: dict[float, tuple[float, Floats]] = {}
+    least = OF_NOISE * between_lines(signal, QUIET_PART)
     steady = only is None or only == KEEPS_TIME
     tried = windows if only is None else windows[:1] if steady else [only]
     for window_s in tried:
@@ -333,7 +338,7 @@ def _seen(
         wave = signal - rest
         rest, waves = _without_harmonics(rest, wave, frequency, dt_s, window_s, on)
         changes = TONE_PRICE * dt_s / window_s + price / samples
-        seen[window_s] = _left_of(rest, changes * waves), rest
+        seen[window_s] = _left_of(rest, changes * waves, least), rest
     if not steady or min(seen, key=lambda kind: seen[kind][0]) != windows[0]:
         return seen
     # It keeps time: all its harmonics at once. What is slow would fold, too.
@@ -342,16 +347,16 @@ def _seen(
     if np.var(slow) < np.var(signal - rest):
         rest = slow + _folded(signal - slow, turns, dt_s, windows[0], on)
         changes = (price + TONE_PRICE) / samples + 2.0 / FOLD
-        seen[KEEPS_TIME] = _left_of(rest, changes), rest
+        seen[KEEPS_TIME] = _left_of(rest, changes, least), rest
     return seen
 
 
-def _left_of(rest: Floats, changes: float) -> float:
+def _left_of(rest: Floats, changes: float, least: float) -> float:
     """Variance of ``rest`` (samples,) with a price for a tone's ``changes``, in noise variances,
-    and for what is still sharp."""
+    and for what is still sharp; ``least``: noise that there is, whatever else went with it."""
     # Spikes, which a tone hid, are no reason for a shorter time.
     plain = without_spikes(rest)
-    noise = float(noise_rms(plain[:, None])[0])
+    noise = max(float(noise_rms(plain[:, None])[0]), least)
     sharp = SHARP_PRICE * float(spike_hits(rest).mean())
     return float(np.var(plain)) + (changes + sharp) * noise**2
 
@@ -580,9 +585,9 @@ def line_of(left: Floats, dt_s: float, least: float, slowest: float = LEAST_HZ) 
     return hertz if tone > least * noise**2 else None
 
 
-def between_lines(signal: Floats) -> float:
-    """Noise of ``signal`` (samples,) from what most of its frequencies have: a tone that wanders
-    leaves some of itself beside its line."""
+def between_lines(signal: Floats, part: float = 0.5) -> float:
+    """Noise of ``signal`` (samples,) from what its frequencies have, this ``part`` of them no more:
+    a tone that wanders leaves some of itself beside its line."""
     power = _mean_power(signal, min(PIECE, len(signal)), 1.0)[1]
     # Up to half the rate, in cycles per sample.
-    return float(np.sqrt(0.5 * np.median(power[1:-1])))
+    return float(np.sqrt(0.5 * np.quantile(power[1:-1], part)))

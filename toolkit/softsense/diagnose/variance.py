@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, minimum_filter1d
 from scipy.stats import kurtosis
 
+from softsense.diagnose import wandering
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.nominal import Motion, noise_rms
 from softsense.diagnose.spikes import (
@@ -96,6 +97,7 @@ def findings(
     walking: Sequence[int] = (),
     heard: Sequence[float] = (),
     bent: Sequence[int] = (),
+    edged: Sequence[int] = (),
     coarse: Sequence[int] = (),
     codes: Sequence[Floats] = (),
     noisy: Sequence[int] = (),
@@ -109,6 +111,7 @@ def findings(
     ``walking``: channels with a random walk, or coloured noise, which is left over too. ``heard``:
     tones (Hz) that were found before, and need stand out no more than where nothing is explained.
     ``bent``: channels behind a curve, which is steep for their noise where it is steep for them.
+    ``edged``: channels behind a converter, whose edges make noise where they are.
     ``coarse``: channels whose converter has lost codes, between which noise makes it leap.
     ``codes``, each (samples, channels), which may tell what is sharp. ``noisy``: channels whose gap
     is noise.
@@ -125,6 +128,7 @@ def findings(
             covariates[1:] if c in bent else covariates,
             explained,
             c in walking,
+            c in edged,
             heard,
             c in coarse,
             [met[:, c] for met in codes],
@@ -185,6 +189,7 @@ def _found(
     covariates: Sequence[Floats],
     explained: bool,
     walking: bool,
+    edged: bool,
     heard: Sequence[float],
     coarse: bool,
     codes: Sequence[Floats],
@@ -244,6 +249,12 @@ def _found(
         level, covariates = min(level, _still(rest, motion)), covariates[:-1]
     here, simulated = _unevenness(rest, covariates), _unevenness(own, covariates)
     uneven = here > unevenness >= simulated
+    if explained and line is None and not (walking or edged):
+        # Of what is in bursts all is noise, also where it is quieter for most of the time, but not
+        # if they come with moves.
+        with_moves = _unevenness(rest, _covariates(motion)[-1:]) > UNEVEN
+        if not with_moves and wandering.in_bursts(rest - rest.mean()):
+            level = max(level, float(np.std(rest)))
     louder = level / max(there, 1.0)
     if not explained and louder > SOMEWHAT:
         # Two signs of it together, though each alone could be as simulated.

@@ -76,6 +76,8 @@ OWN_NOISE = 0.2
 ONE_SIGN = 0.1
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
 STEPS_INSTEAD = 1.5
+# So many models with a walk and something else are looked at where that of the best is none.
+INSTEAD = 4
 
 
 @dataclass(frozen=True)
@@ -101,19 +103,16 @@ def vetted(
     named = [made for made in models if WALK not in made.names]
     walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
-        steady = _steady(channels, _stepped(channels, models))
-        models = by_price([weighed(channels, _calm(channels, steady)), *named])
+        models = by_price([_beside_walks(channels, models, motion), *named])
     models = _by_sign(channels, models)
     if models[0].names == {WALK}:
-        models = [*_jumped(channels, models[0]), *models]
+        instead = _jumped(channels, models[0]) or _told(channels, models[0], named[0], motion)
+        models = [*instead, *models]
     jerky = _jerky(channels, models[0])
     beside = len(models[0].names) > 1
-    # What only a slow effect would have in place of a walk is one where that leaves much.
-    slow = beside and not SLOW.isdisjoint(named[0].names)
-    slow = slow and left_share(channels, named[0]) > SLOWLY
     if (
-        (beside and (jerky or _alike(channels, models[0], slow)))
-        or (not slow and _driven(channels, models[0], motion))
+        (beside and _is_none(channels, models[0], named[0], motion))
+        or (not beside and _driven(channels, models[0], motion))
         or (jerky and left_share(channels, named[0]) < REMAINING_ALONE)
         or (jerky and _unguarded(channels, models[0]) > named[0].price)
     ):
@@ -156,6 +155,36 @@ def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model
     return [*alike[:1], *models]
 
 
+def _beside_walks(channels: Sequence[Channel], models: Sequence[Model], motion: Motion) -> Model:
+    """The cheapest of ``models``, which has a walk and something else, or what costs nearly as
+    little and whose walk is one, where that one's is none."""
+    named = next(made for made in models if WALK not in made.names)
+    near = models[0].price + sum(channel.effect_price for channel in channels if channel.entries)
+    near = min(near, named.price)
+    rivals = [m for m in models if WALK in m.names and len(m.names) > 1 and m.price < near]
+    looked, good = list[Model](), list[Model]()
+    for made in [_stepped(channels, models), *rivals[1:INSTEAD]]:
+        if good and min(one.price for one in good) <= made.price:
+            break
+        one = weighed(channels, _calm(channels, _steady(channels, made)))
+        looked.append(one)
+        if WALK not in one.names or not _is_none(channels, one, named, motion):
+            good.append(one)
+    return by_price(good or looked[:1])[0]
+
+
+def _is_none(channels: Sequence[Channel], made: Model, named: Model, motion: Motion) -> bool:
+    """Whether what the model takes for walks beside something else are none; ``named``: the best
+    without."""
+    # What only a slow effect would have in place of a walk is one where that leaves much.
+    slow = not SLOW.isdisjoint(named.names) and left_share(channels, named) > SLOWLY
+    return (
+        _jerky(channels, made)
+        or _alike(channels, made, slow)
+        or (not slow and _driven(channels, made, motion))
+    )
+
+
 def _are_walks(channels: Sequence[Channel], made: Model, motion: Motion) -> bool:
     """Whether all that the model takes for walks are some, each channel's its own."""
     return not (
@@ -188,7 +217,8 @@ def _noisy(channels: Sequence[Channel], said: Model) -> tuple[int, ...]:
         together = np.asarray(np.corrcoef(np.stack(gaps)))
         if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
             return ()
-    if not all(wandering.noisy(left) for left in gaps):
+    speed = np.abs(channels[0].nominal.rate)
+    if not all(wandering.noisy(left, speed) for left in gaps):
         return ()
     return tuple(channel.nominal.channel for channel, _ in gaping)
 
@@ -205,6 +235,7 @@ def left_share(channels: Sequence[Channel], best: Model) -> float:
     left = sum(
         (float(fit.errors.sum()) - channel.samples * channel.noise) / channel.sigma**2
         for channel, fit in zip(channels, best.fits, strict=True)
+        if not channel.quiet
     )
     return float(np.clip(left / max(sum(c.excess for c in channels), 1.0), 0.0, 1.0))
 
@@ -321,7 +352,11 @@ def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
     Beside a walk a step is a single move, which no other time foretells, so that it never pays.
     """
     fits, instants = list(walks.fits), []
-    for number in walks.channels_of(WALK):
+    for channel, walk in walks_of(channels, walks):
+        number = channel.nominal.channel
+        # What heeds the motion does so with a step, too.
+        if wandering.moved_by(walk, np.abs(channel.nominal.rate)):
+            continue
         if _jerky_on(channels, walks, number):
             fits[number] = channels[number].best(frozenset({WALK, "step"}))
             instant = _instant(channels[number], fits[number])
@@ -332,6 +367,22 @@ def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
         return []
     both = priced(channels, tuple(fits))
     return [] if _jerky(channels, both) else [replace(both, price=walks.price)]
+
+
+def _told(channels: Sequence[Channel], walks: Model, named: Model, motion: Motion) -> list[Model]:
+    """The same with one effect more where the motion tells something of the walks, if it then does
+    not; ``named``: the best without walks."""
+    there = _driven_on(channels, walks, motion)
+    known = {name for number in there for name in channels[number].entries}
+    made = []
+    for name in sorted(known - moving()):
+        fits = list(walks.fits)
+        for number in there:
+            fits[number] = channels[number].best(frozenset({WALK, name}))
+        made.append(priced(channels, tuple(fits)))
+    some = [one for one in by_price(made)[:INSTEAD] if one.names > {WALK}]
+    good = [one for one in some if not _is_none(channels, one, named, motion)]
+    return [replace(good[0], price=walks.price)] if good else []
 
 
 def _stepped(channels: Sequence[Channel], models: Sequence[Model]) -> Model:
@@ -392,6 +443,12 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
     The history is a black box (``history_basis``), asked on time that its fit has not seen; not
     behind a curve of what wanders, of which what is nearly right goes with the motion.
     """
+    return bool(_driven_on(channels, best, motion))
+
+
+def _driven_on(channels: Sequence[Channel], best: Model, motion: Motion) -> list[int]:
+    """The channels where it does."""
+    result = []
     for channel, walk in walks_of(channels, best):
         picks = best.fits[channel.nominal.channel].picks
         if any(name != WALK and all_effects()[name].bent for name, _ in picks):
@@ -406,5 +463,5 @@ def _driven(channels: Sequence[Channel], best: Model, motion: Motion) -> bool:
         noise = len(walk) * channel.sigma**2
         told = float((table[:, -1] ** 2).sum() - errors.sum())
         if told > DRIVEN * float((table[:, -1] ** 2).sum() - noise) and told > noise:
-            return True
-    return False
+            result.append(channel.nominal.channel)
+    return result

@@ -32,6 +32,8 @@ REMEMBERED = 0.15
 FORGOTTEN, LATER = 30, 60
 SWUNG = 0.2
 GAUSSIAN = 0.5
+# How loud it is may go with so many paces of the strain.
+PACES = 20
 # The power of the moves of a walk while the strain is fast over that while it is slow: of no walk
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
@@ -87,18 +89,30 @@ def _two_levels(walk: Floats) -> bool:
     return bool(within < BETWEEN * calm.var() and np.diff(high[there]).sum() >= TO_AND_FRO)
 
 
-def noisy(walk: Floats) -> bool:
+def noisy(walk: Floats, speed: Floats) -> bool:
     """Whether what wanders is noise of some colour, which soon forgets where it was, does not swing
-    and is Gaussian; or white noise in bursts, which is Gaussian for where it is."""
+    and is Gaussian; or white, in bursts or louder with the ``speed`` (samples,)."""
     held = walk - walk.mean()
     after = _echoes(held)
     if abs(after[FORGOTTEN:].mean()) > REMEMBERED or after.min() < -SWUNG:
         return False
-    if abs(float(kurtosis(held))) < GAUSSIAN:
+    if abs(float(kurtosis(held))) < GAUSSIAN or in_bursts(held):
         return True
-    scale = np.sqrt(uniform_filter1d(held**2, BURST))
-    here = float(kurtosis(held / np.maximum(scale, 1e-12)))
-    return abs(float(after[0])) < REMEMBERED and abs(here) < GAUSSIAN
+    pace = np.searchsorted(np.quantile(speed, np.linspace(0.0, 1.0, PACES + 1)[1:-1]), speed)
+    power = np.bincount(pace, held**2, PACES) / np.maximum(np.bincount(pace, minlength=PACES), 1)
+    return _white(held, power[pace])
+
+
+def in_bursts(held: Floats) -> bool:
+    """Whether ``held`` (samples,), of mean 0, is white noise that is louder at times."""
+    return _white(held, uniform_filter1d(held**2, BURST))
+
+
+def _white(held: Floats, power: Floats) -> bool:
+    """Whether ``held`` (samples,) is white, and Gaussian for the ``power`` (samples,) that it has
+    where it is."""
+    here = float(kurtosis(held / np.sqrt(np.maximum(power, 1e-24))))
+    return abs(float(_echoes(held)[0])) < REMEMBERED and abs(here) < GAUSSIAN
 
 
 def _echoes(held: Floats) -> Floats:

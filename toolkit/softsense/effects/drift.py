@@ -36,6 +36,8 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
 # Time constants of two that settle together.
 FAST_S = (12.0, 20.0, 32.0, 50.0)
 SLOW_S = (120.0, 200.0, 330.0, 550.0)
+# Periods of a room's temperature: of faster ones more than one would be seen.
+PERIODS_S = (400.0, 600.0, 900.0, 1400.0, 2200.0, 3500.0)
 # And of one that begins slowly, or goes on ever more slowly.
 CURING_S = (30.0, 60.0, 120.0, 240.0, 480.0)
 
@@ -77,6 +79,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_laws(nominal, ("exponential",), CURING_S, orders=(0.6, 1.5, 2.0, 2.5)),
         *_laws(nominal, ("log",), (20.0, 60.0, 150.0), orders=(0.7, 1.4)),
         *_mixed(nominal),
+        *_swings(nominal, PERIODS_S),
     ]
 
 
@@ -85,6 +88,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "exponent" in values:
         near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
         return [*_powers(nominal, near.tolist(), SLOPES + STEEP), *_mixed(nominal, SLOPES)]
+    if "period_s" in values:
+        return _swings(nominal, (values["period_s"] * np.geomspace(0.75, 1.4, 11)).tolist())
     if "tau_s" not in values:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
@@ -178,6 +183,22 @@ def _mixed(nominal: Nominal, slopes: Sequence[float] = (0.0,)) -> list[Candidate
             values = {"tau_s": slow_s, "fast_s": fast_s}
             result += _felt(nominal, partial(two, fast_s, slow_s), values, "two", slopes)
     return result
+
+
+def _swings(nominal: Nominal, periods_s: Sequence[float]) -> list[Candidate]:
+    """A room that warms and cools."""
+
+    def swing(period_s: float) -> Floats:
+        turned = 2.0 * np.pi / period_s * np.maximum(nominal.time_s, 0.0)
+        return np.stack([np.sin(turned), np.cos(turned) - 1.0], axis=1)
+
+    return [
+        candidate
+        for period_s in periods_s
+        for candidate in _felt(
+            nominal, partial(swing, period_s), {"period_s": period_s}, "swing", (0.0,)
+        )
+    ]
 
 
 EFFECT = Effect(

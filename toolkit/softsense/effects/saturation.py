@@ -37,6 +37,13 @@ INSIDE = np.array([0.03, 0.06, 0.1, 0.15, 0.2])
 SAGS = np.array([0.02, 0.045, 0.1])
 # What of the signal comes through beyond a rail.
 THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2, 0.27, 0.35, 0.45)
+# An amplifier that gives less and less towards both its ends: what it could give at most, in halves
+# of the signal's range, and the middle between its ends, in the same from that range's; and around
+# one of each.
+REACHES = np.geomspace(0.7, 3.2, 12)
+MIDDLES = np.array([-0.3, 0.0, 0.3])
+REACHES_NEAR = np.array([0.75, 0.84, 0.9, 0.95, 1.0, 1.05, 1.11, 1.2, 1.33])
+MIDDLES_NEAR = np.array([-0.2, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.2])
 # A curve is a rail that is flat up to somewhere, and falls off from there: in shares of all that it
 # falls, by how much it may rise before and after, and may have fallen at these shares of the range.
 # Of that there are so many cells, and so much at each end is rarely met.
@@ -62,7 +69,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
     levels = nominal.low + ENDS_AT[::-1] * nominal.span
     bottoms = nominal.low + (1.0 - ENDS_AT) * nominal.span
     knees = KNEES * nominal.span
-    return _traces(nominal, levels, knees) + _lower(nominal, bottoms, knees[:2])
+    half = 0.5 * nominal.span
+    bent = _compressed(nominal, half * REACHES, nominal.low + half * (1.0 + MIDDLES))
+    return _traces(nominal, levels, knees) + _lower(nominal, bottoms, knees[:2]) + bent
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -70,6 +79,10 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     an upper one that sinks. Around one of those, closer. Or any curve."""
     if AS_CURVE in values:
         return [altered(one, values={AS_CURVE: 1.0}) for one in adc_nonlinearity.explain(nominal)]
+    if "reach" in values:
+        reach, middle = (values[key] * nominal.full_scale for key in ("reach", "middle"))
+        near = middle + MIDDLES_NEAR * 0.5 * nominal.span
+        return _compressed(nominal, reach * REACHES_NEAR, near)
     around = np.concatenate([-AROUND[::-1], [0.0], AROUND]) * nominal.span
     knee = np.array([values["knee"] * nominal.full_scale])
     knees = knee * NEAR if knee else SHARP * nominal.span
@@ -167,6 +180,23 @@ def _between(nominal: Nominal, levels: Floats, knees: Floats, bottoms: Floats) -
             values = {**above.values, "bottom": below.values["bottom"]}
             both = partial(_both, above, below)
             result.append(Candidate(both, values, "both_rails", fixed=True))
+    return result
+
+
+def _compressed(nominal: Nominal, reaches: Floats, middles: Floats) -> list[Candidate]:
+    """What an amplifier takes off that follows exactly at the ``middles``, and reaches no further
+    than so many codes from there: m + r tanh((u - m) / r)."""
+
+    def taken(reach: float, middle: float) -> Floats:
+        beyond = nominal.u - middle
+        return (reach * np.tanh(beyond / reach) - beyond)[:, None]
+
+    result = []
+    for reach in reaches.tolist():
+        for middle in middles.tolist():
+            values = {"reach": reach / nominal.full_scale, "middle": middle / nominal.full_scale}
+            made = partial(taken, reach, middle)
+            result.append(Candidate(made, values, "compressing", fixed=True))
     return result
 
 

@@ -22,6 +22,8 @@ FIRST_WAYS = (1.5, 4.0)
 ENDS_WAYS = (1.0, 6.0)
 # How slowly the largest strain is forgotten, where it is.
 HEAL_S = (150.0, 400.0)
+# How long damage takes to follow a larger strain, where it is not done at once.
+YIELDS_S = (0.0, 1.0, 4.0)
 # The largest strain so far grows by this share of the range at least.
 LEAST_GROWTH = 0.02
 # What damage alone does changes by this share of itself, or is a gain.
@@ -152,22 +154,40 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
 def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
     """Damage that only grows where it was never strained as much, with the strain (Miehe, Eur. J.
     Mech. A 14, 1995) or with its energy (Simo, Comput. Methods Appl. Mech. Eng. 60, 1987): nothing
-    is stiffer close to the largest strain."""
+    is stiffer close to the largest strain. At once, or as chains break that are kept there."""
     result = []
-    nominal = nominal.kept()
-    top = np.maximum(nominal.largest, 0.0)
     # Whatever else moves the strain, and on another motion, the candidates are the same ones.
     seen = np.maximum(nominal.reference.largest, 0.0)
-    for width in widths:
-        for power in (1, 2):
-            first = -np.expm1(-(seen**power) / width)
-            if first.std() < LEAST_DAMAGED * first.mean():
-                continue
-            damage = -np.expm1(-(top**power) / width) * nominal.span
-            values = {"width": float(width)}
-            for part in (damage * nominal.share, damage * nominal.strain):
-                result.append(Candidate(part[:, None], values, "damage"))
+    kept = nominal.kept()
+    parts = kept.share * kept.span, kept.strain * kept.span
+    for after_s in YIELDS_S:
+        late = after_s > 0.0
+        slow = _following(nominal.strain, float(np.exp(-nominal.dt_s / after_s))) if late else None
+        top = np.maximum(kept.largest if slow is None else slow[nominal.keep], 0.0)
+        values = {"after_s": after_s} if late else {}
+        for width in widths:
+            for power in (1, 2):
+                first = -np.expm1(-(seen**power) / width)
+                if first.std() < LEAST_DAMAGED * first.mean():
+                    continue
+                damage = -np.expm1(-(top**power) / width)
+                for part in parts:
+                    made, given = (damage * part)[:, None], {"width": float(width), **values}
+                    result.append(Candidate(made, given, "damage"))
     return result
+
+
+@compiled
+def _following(strain: Floats, kept: float) -> Floats:
+    """(samples,) what follows a strain where that is larger, of whose distance so much is ``kept``
+    from sample to sample."""
+    output = np.empty_like(strain)
+    largest = strain[0]
+    for k in range(len(strain)):
+        if strain[k] > largest:
+            largest = strain[k] + (largest - strain[k]) * kept
+        output[k] = largest
+    return output
 
 
 def _bends(nominal: Nominal) -> list[Candidate]:
