@@ -250,10 +250,10 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
-    # What jumps had been taken for noise.
+    # What jumps had been taken for noise; a converter makes some of it louder.
     level = noise_rms(rest)
     quieter = level < QUIETER * np.array([channel.sigma for channel in channels])
-    quieter[coarse] = False
+    quieter[[*coarse, *checked.models[0].channels_of("adc_nonlinearity")]] = False
     if (again or quieter.any()) and not settled:
         # Spikes and lines had been taken for noise, or too much for a line. What was looked at
         # before takes as much memory again.
