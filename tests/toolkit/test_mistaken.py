@@ -1,4 +1,4 @@
-"""What is easily mistaken: noise for a tone, walks for none, jumps for noise, laws for others."""
+"""What is easily mistaken: noise for a tone's, walks for none, laws for other ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from softsense.diagnose import augment, diagnose, engine, vetting
+from softsense.diagnose import augment, diagnose, vetting
 from softsense.diagnose.design import Fit
 from softsense.diagnose.nominal import motion_of
 from softsense.diagnose.search import Model, priced
@@ -106,29 +106,6 @@ def test_spikes_are_named_beside_what_nobody_knows_on_another_channel() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("spikes", ["s1"])]
     assert result.data["unexplained"]["unknown_effect"]
-
-
-def test_jumps_of_relays_are_no_noise(monkeypatch) -> None:
-    """Under a motion that never rests: how loud the noise is, is known once they are explained."""
-    t = np.arange(SAMPLES) / RATE_HZ
-    x = 0.5 + 0.25 * np.sin(2.0 * np.pi * 0.31 * t) + 0.2 * np.sin(2.0 * np.pi * 0.113 * t + 1.0)
-    levels, change, codes = np.linspace(x.min(), x.max(), 14), np.zeros_like(x), sensed(x)
-    index, noises, made = np.arange(SAMPLES), [], engine._channels
-    for k, up in enumerate(levels[1:-1], 1):
-        above = np.maximum.accumulate(np.where(x >= up, index, -1))
-        for down in levels[1:k]:
-            below = np.maximum.accumulate(np.where(x <= down, index, 0))
-            change += np.where(above > below, 1.0, -1.0)
-    loops = codes + 30.0 * (change / np.std(change))[:, None]
-
-    def channels(nominals, motion, residual, noise, *rest):
-        noises.append(noise)
-        return made(nominals, motion, residual, noise, *rest)
-
-    monkeypatch.setattr(engine, "_channels", channels)
-    assert diagnose(recorded(x, codes, 1), recorded(x, loops, 2)).effects == ("hysteresis",)
-    assert noises[0].min() > 2.0
-    assert noises[-1].max() < 1.5
 
 
 def test_noise_in_bursts_shows_beside_an_effect() -> None:

@@ -67,10 +67,8 @@ SETTLED = 0.02
 ALIKE = frozenset({"lag", "gain"})
 # What spikes leave that were taken out, of what they were.
 SPIKES_LEAVE = 0.06
-# A residual that changes by less of its noise variance is searched once, and where what is left has
-# no less of its noise.
+# A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
-QUIETER = 0.8
 
 
 @dataclass(frozen=True)
@@ -221,9 +219,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         names: Sequence[str],
         found: Sequence[variance.Finding],
         earlier: Offered | None = None,
-        loudest: Floats | float = np.inf,
     ) -> tuple[list[Channel], Vetted]:
-        noise = np.minimum(variance.noise_beside(rest, found), loudest)
+        noise = variance.noise_beside(rest, found)
         heard = by_channel(smooth + rest)
         hearing = [replace(nominal, heard=heard) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, kept, names, earlier)
@@ -250,16 +247,11 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
     better = residual - left + rest
     again = bool(np.any(np.var(better - quiet, axis=0) > SAME * noise_rms(better) ** 2))
-    # What jumps had been taken for noise; a converter makes some of it louder.
-    level = noise_rms(rest)
-    quieter = level < QUIETER * np.array([channel.sigma for channel in channels])
-    quieter[[*coarse, *checked.models[0].channels_of("adc_nonlinearity")]] = False
-    if (again or quieter.any()) and not settled:
+    if again and not settled:
         # Spikes and lines had been taken for noise, or too much for a line. What was looked at
         # before takes as much memory again.
         del channels, checked
-        loudest = np.where(quieter, level, np.inf)
-        channels, checked = looked(better, known, found, None, loudest)
+        channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
         read = _read(channels, checked.models[0], simulated)
         found = _found(left, checked, residual, read, motion, coarse, met, _tones(found))

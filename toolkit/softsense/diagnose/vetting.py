@@ -166,7 +166,11 @@ def _beside_walks(channels: Sequence[Channel], models: Sequence[Model], motion: 
     for made in [_stepped(channels, models), *rivals[1:INSTEAD]]:
         if good and min(one.price for one in good) <= made.price:
             break
-        one = weighed(channels, _calm(channels, _steady(channels, made)))
+        calm = _calm(channels, _steady(channels, made))
+        # Of a rival all walks must be some: of what follows whatever is slow there is always one.
+        if looked and calm is not made:
+            continue
+        one = weighed(channels, calm)
         looked.append(one)
         if WALK not in one.names or not _is_none(channels, one, named, motion):
             good.append(one)
