@@ -2727,6 +2727,22 @@ def test_every_effect_that_explains_says_finite_columns() -> None:
             assert not candidate.fixed or candidate.columns.shape[1] == 1, name
 
 
+def test_what_remembers_runs_at_the_full_rate_where_samples_are_thinned() -> None:
+    x, _ = clean(11, 3000)
+    x = x * np.linspace(0.4, 1.0, len(x))
+    codes, motion = sensed(x), motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    whole = nominals(codes, codes, motion, 12, reference)[0]
+    thinned = replace(whole, keep=slice(None, None, 3))
+    for name, effect in all_effects().items():
+        if effect.explain is None or effect.memoryless:
+            continue
+        for one, other in zip(effect.explain(whole), effect.explain(thinned), strict=True):
+            some = other.columns if len(other.columns) == 1000 else other.columns[::3]
+            size = np.abs(one.columns).max() + 1e-9
+            assert np.abs(one.columns[::3] - some).max() < 1e-6 * size, (name, one.form, one.values)
+
+
 def test_candidates_are_the_same_ones_whatever_moves_the_strain() -> None:
     """They are known by their number."""
     x, codes = clean(2, 1500)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -36,16 +37,23 @@ def test_a_tone_takes_no_more_of_the_noise_along_than_it_must() -> None:
     assert np.std(without_tone(noise + tone, 6.5125, 0.05)) > 0.97 * np.std(noise)
 
 
-@pytest.mark.parametrize(("price", "taken"), [(1.3, "relaxation"), (1.7, "crosstalk")])
-def test_another_effect_may_be_beside_what_is_a_walk(monkeypatch, price: float, taken: str) -> None:
-    """Where what the cheapest leaves is none, if it costs nearly as little."""
+@pytest.mark.parametrize(
+    ("price", "steady", "taken"),
+    [(1.3, True, "relaxation"), (1.7, True, "crosstalk"), (1.3, False, "crosstalk")],
+)
+def test_another_effect_may_be_beside_what_is_a_walk(
+    monkeypatch, price: float, steady: bool, taken: str
+) -> None:
+    """Where the walk of the cheapest is none, if it costs nearly as little and all its own are."""
     models = [of("crosstalk+random_walk", 1.0), of("relaxation+random_walk", price), of("gain", 9)]
     for same in ("_steady", "_calm", "weighed"):
         monkeypatch.setattr(vetting, same, lambda channels, made: made)
+    if not steady:
+        monkeypatch.setattr(vetting, "_calm", lambda channels, made: replace(made))
     monkeypatch.setattr(vetting, "_stepped", lambda channels, models: models[0])
     monkeypatch.setattr(vetting, "_is_none", lambda c, made, *rest: "crosstalk" in made.names)
     channels = [SimpleNamespace(effect_price=0.25, entries={"gain": []})] * 2
-    assert vetting._beside_walks(channels, models, None).names == {taken, WALK}
+    assert vetting._beside_walks(channels, models, models[-1], None).names == {taken, WALK}
 
 
 def test_what_the_motion_tells_of_walks_is_an_effects(monkeypatch) -> None:
@@ -162,3 +170,4 @@ def test_damage_that_follows_a_larger_strain_slowly_is_softening() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
     assert result.effects == ("softening",)
     assert result.data["unexplained"]["share"] < 5e-3
+    assert all(1.0 <= trace.values["after_s"] <= 4.0 for trace in result.traces)

@@ -241,7 +241,7 @@ def _found(
     plain = rest[off]
     level = between_lines(plain) if line is not None else float(noise_rms(plain[:, None])[0])
     # What an equation leaves that is only nearly right comes with moves, where it says them.
-    moving = float(np.abs(np.diff(said)).max()) > MOVING * there
+    moving, pace = float(np.abs(np.diff(said)).max()) > MOVING * there, covariates[-1:]
     unevenness = UNEVEN_BESIDE if moving else UNEVEN
     if walking:
         level = min(level, _under_walk(left))
@@ -252,7 +252,7 @@ def _found(
     if explained and line is None and not (walking or edged):
         # Of what is in bursts all is noise, also where it is quieter for most of the time, but not
         # if they come with moves.
-        with_moves = _unevenness(rest, _covariates(motion)[-1:]) > UNEVEN
+        with_moves = _unevenness(rest, pace) > UNEVEN
         if not with_moves and wandering.in_bursts(rest - rest.mean()):
             level = max(level, float(np.std(rest)))
     louder = level / max(there, 1.0)

@@ -76,7 +76,7 @@ OWN_NOISE = 0.2
 ONE_SIGN = 0.1
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
 STEPS_INSTEAD = 1.5
-# So many models with a walk and something else are looked at where that of the best is none.
+# So many models with a walk and something else are looked at where the walk of the best is none.
 INSTEAD = 4
 
 
@@ -103,7 +103,7 @@ def vetted(
     named = [made for made in models if WALK not in made.names]
     walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
-        models = by_price([_beside_walks(channels, models, motion), *named])
+        models = by_price([_beside_walks(channels, models, named[0], motion), *named])
     models = _by_sign(channels, models)
     if models[0].names == {WALK}:
         instead = _jumped(channels, models[0]) or _told(channels, models[0], named[0], motion)
@@ -155,10 +155,11 @@ def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model
     return [*alike[:1], *models]
 
 
-def _beside_walks(channels: Sequence[Channel], models: Sequence[Model], motion: Motion) -> Model:
+def _beside_walks(
+    channels: Sequence[Channel], models: Sequence[Model], named: Model, motion: Motion
+) -> Model:
     """The cheapest of ``models``, which has a walk and something else, or what costs nearly as
-    little and whose walk is one, where that one's is none."""
-    named = next(made for made in models if WALK not in made.names)
+    little and whose walk is one, where that one's is none; ``named``: the best without."""
     near = models[0].price + sum(channel.effect_price for channel in channels if channel.entries)
     near = min(near, named.price)
     rivals = [m for m in models if WALK in m.names and len(m.names) > 1 and m.price < near]

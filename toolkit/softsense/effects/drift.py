@@ -36,10 +36,10 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
 # Time constants of two that settle together.
 FAST_S = (12.0, 20.0, 32.0, 50.0)
 SLOW_S = (120.0, 200.0, 330.0, 550.0)
-# Periods of a room's temperature: of faster ones more than one would be seen.
-PERIODS_S = (400.0, 600.0, 900.0, 1400.0, 2200.0, 3500.0)
 # And of one that begins slowly, or goes on ever more slowly.
 CURING_S = (30.0, 60.0, 120.0, 240.0, 480.0)
+# Periods of a room's temperature: of faster ones more than one would be seen.
+PERIODS_S = (400.0, 600.0, 900.0, 1400.0, 2200.0, 3500.0)
 
 
 def course(t_s: Floats, values: Values, form: str) -> Floats:
@@ -62,7 +62,8 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """Laws of time; alone, or felt somewhat more or less at full signal (a divider's slope).
+    """Laws of time; alone, or felt somewhat more or less at full signal (a divider's slope). Or a
+    room that warms and cools.
 
     Avrami (J. Chem. Phys. 7, 1939): what cures slowly at first, or goes on for ever more slowly;
     Deal and Grove (J. Appl. Phys. 36, 1965): a layer that hinders its own growth.
@@ -84,7 +85,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """All laws around one time constant, or around one exponent; and some of them together."""
+    """All laws around one time constant, or around one exponent; and some of them together. Or a
+    room around one period."""
     if "exponent" in values:
         near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
         return [*_powers(nominal, near.tolist(), SLOPES + STEEP), *_mixed(nominal, SLOPES)]
@@ -190,14 +192,11 @@ def _swings(nominal: Nominal, periods_s: Sequence[float]) -> list[Candidate]:
 
     def swing(period_s: float) -> Floats:
         turned = 2.0 * np.pi / period_s * np.maximum(nominal.time_s, 0.0)
-        return np.stack([np.sin(turned), np.cos(turned) - 1.0], axis=1)
+        return np.stack([np.sin(turned), np.cos(turned) - 1.0], axis=1) * nominal.span
 
     return [
-        candidate
+        Candidate(partial(swing, period_s), {"period_s": period_s}, "swing")
         for period_s in periods_s
-        for candidate in _felt(
-            nominal, partial(swing, period_s), {"period_s": period_s}, "swing", (0.0,)
-        )
     ]
 
 

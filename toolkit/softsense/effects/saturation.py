@@ -65,7 +65,8 @@ def simulate(
 
 
 def explain(nominal: Nominal) -> list[Candidate]:
-    """What is cut off above a level or below one, weight 1, hard or with a soft knee."""
+    """What is cut off above a level or below one, weight 1, hard or with a soft knee; or taken off
+    by an amplifier that gives less and less towards both its ends."""
     levels = nominal.low + ENDS_AT[::-1] * nominal.span
     bottoms = nominal.low + (1.0 - ENDS_AT) * nominal.span
     knees = KNEES * nominal.span
@@ -76,7 +77,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The same around one level and one knee, also where a part comes through; or both rails, or
-    an upper one that sinks. Around one of those, closer. Or any curve."""
+    an upper one that sinks. Around one of those, or an amplifier, closer. Or any curve."""
     if AS_CURVE in values:
         return [altered(one, values={AS_CURVE: 1.0}) for one in adc_nonlinearity.explain(nominal)]
     if "reach" in values:

@@ -23,7 +23,7 @@ ENDS_WAYS = (1.0, 6.0)
 # How slowly the largest strain is forgotten, where it is.
 HEAL_S = (150.0, 400.0)
 # How long damage takes to follow a larger strain, where it is not done at once.
-YIELDS_S = (0.0, 1.0, 4.0)
+YIELDS_S = (1.0, 4.0)
 # The largest strain so far grows by this share of the range at least.
 LEAST_GROWTH = 0.02
 # What damage alone does changes by this share of itself, or is a gain.
@@ -107,7 +107,7 @@ def _forgetting(nominal: Nominal) -> list[Candidate]:
     """The exponential law below a largest strain that is slowly forgotten."""
     result = []
     for heal_s in HEAL_S:
-        largest = _forgotten(nominal.strain, float(np.exp(-nominal.dt_s / heal_s)))
+        largest = _largest(nominal.strain, 0.0, float(np.exp(-nominal.dt_s / heal_s)))
         for width in (0.15, 0.25, 0.4):
             soft = -np.expm1(-(largest - nominal.strain) / width) * nominal.span
             values = {"width": width, "heal_s": heal_s}
@@ -117,13 +117,14 @@ def _forgetting(nominal: Nominal) -> list[Candidate]:
 
 
 @compiled
-def _forgotten(strain: Floats, kept: float) -> Floats:
-    """(samples,) largest strain so far, of whose distance so much is ``kept`` from sample to
-    sample."""
+def _largest(strain: Floats, rising: float, falling: float) -> Floats:
+    """(samples,) largest strain so far, of whose distance so much is kept from sample to sample:
+    ``rising`` where the strain is larger, ``falling`` where it is forgotten."""
     output = np.empty_like(strain)
     largest = strain[0]
     for k in range(len(strain)):
-        largest = max(strain[k], strain[k] + (largest - strain[k]) * kept)
+        kept = rising if strain[k] > largest else falling
+        largest = strain[k] + (largest - strain[k]) * kept
         output[k] = largest
     return output
 
@@ -132,6 +133,7 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
     """Ogden and Roxburgh's erf of the energy, whose width may grow with the largest energy, and
     an exponential of the distance; in proportion to signal, strain, or a mixture. And damage alone.
     """
+    damaged = _damage(nominal, widths)
     nominal = nominal.kept()
     energy, top = np.maximum(nominal.strain, 0.0) ** 2, np.maximum(nominal.largest, 0.0) ** 2
     below = nominal.largest - nominal.strain
@@ -148,46 +150,33 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
         parts = [soft * nominal.share, soft * nominal.strain, soft * nominal.largest]
         result += [Candidate(part[:, None], values, form) for part in parts]
         result.append(Candidate(np.stack([*parts[:2], soft], axis=1), values, form))
-    return result + _damage(nominal, widths)
+    return result + damaged
 
 
 def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
     """Damage that only grows where it was never strained as much, with the strain (Miehe, Eur. J.
     Mech. A 14, 1995) or with its energy (Simo, Comput. Methods Appl. Mech. Eng. 60, 1987): nothing
-    is stiffer close to the largest strain. At once, or as chains break that are kept there."""
+    is stiffer close to the largest strain. At once, or in some seconds."""
     result = []
     # Whatever else moves the strain, and on another motion, the candidates are the same ones.
     seen = np.maximum(nominal.reference.largest, 0.0)
     kept = nominal.kept()
-    parts = kept.share * kept.span, kept.strain * kept.span
+    tops: list[tuple[Floats, dict[str, float]]] = [(kept.largest, {})]
     for after_s in YIELDS_S:
-        late = after_s > 0.0
-        slow = _following(nominal.strain, float(np.exp(-nominal.dt_s / after_s))) if late else None
-        top = np.maximum(kept.largest if slow is None else slow[nominal.keep], 0.0)
-        values = {"after_s": after_s} if late else {}
-        for width in widths:
-            for power in (1, 2):
-                first = -np.expm1(-(seen**power) / width)
-                if first.std() < LEAST_DAMAGED * first.mean():
-                    continue
-                damage = -np.expm1(-(top**power) / width)
-                for part in parts:
-                    made, given = (damage * part)[:, None], {"width": float(width), **values}
-                    result.append(Candidate(made, given, "damage"))
+        late = _largest(nominal.strain, float(np.exp(-nominal.dt_s / after_s)), 1.0)
+        tops.append((late[nominal.keep], {"after_s": after_s}))
+    laws = []
+    for width in widths:
+        for power in (1, 2):
+            first = -np.expm1(-(seen**power) / width)
+            if first.std() >= LEAST_DAMAGED * first.mean():
+                laws.append((float(width), power))
+    for top, after in tops:
+        for width, power in laws:
+            damage = -np.expm1(-(np.maximum(top, 0.0) ** power) / width) * nominal.span
+            for part in (damage * kept.share, damage * kept.strain):
+                result.append(Candidate(part[:, None], {"width": width, **after}, "damage"))
     return result
-
-
-@compiled
-def _following(strain: Floats, kept: float) -> Floats:
-    """(samples,) what follows a strain where that is larger, of whose distance so much is ``kept``
-    from sample to sample."""
-    output = np.empty_like(strain)
-    largest = strain[0]
-    for k in range(len(strain)):
-        if strain[k] > largest:
-            largest = strain[k] + (largest - strain[k]) * kept
-        output[k] = largest
-    return output
 
 
 def _bends(nominal: Nominal) -> list[Candidate]:
