@@ -22,8 +22,9 @@ from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose, folder, telling, vetting
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.cores import all_at_once, one_core
-from softsense.diagnose.design import Fit
+from softsense.diagnose.design import Entry, Fit
 from softsense.diagnose.engine import BETWEEN_S, change_of
+from softsense.diagnose.moved import Together
 from softsense.diagnose.nominal import (
     curves_of,
     denoise,
@@ -34,7 +35,15 @@ from softsense.diagnose.nominal import (
     nominals,
     reference_of,
 )
-from softsense.diagnose.search import Model, _fewest_first, _walk_last, by_price, priced
+from softsense.diagnose.search import (
+    Model,
+    _fewest_first,
+    _said_elsewhere,
+    _walk_last,
+    by_price,
+    priced,
+    search,
+)
 from softsense.diagnose.tones import without_tone
 from softsense.diagnose.variance import Finding, cleaned, evident, findings, noise_beside
 from softsense.diagnose.walk import innovations, likely_gain
@@ -512,6 +521,66 @@ def test_a_step_is_looked_for_when_it_says_all_of_another_channel() -> None:
         "relaxation": ["s1", "s2", "s4"],
         "step": ["s1", "s3"],
     }
+
+
+@pytest.mark.parametrize(
+    ("seed", "creeping", "railed", "part"),
+    [
+        # What creeps is seen plainly where there is no rail.
+        (11, (0, 1, 2, 3), (1, 3), 0.8),
+        (11, (0, 1, 2, 3), (0, 2, 3), 0.6),
+        # A static curve stands for the rail at first.
+        (21, (1, 3), (0, 1, 2, 3), 0.8),
+    ],
+)
+def test_what_creeps_into_a_rail(
+    seed: int, creeping: tuple[int, ...], railed: tuple[int, ...], part: float
+) -> None:
+    x, codes = clean(seed, 8000)
+    made = codes.copy()
+    for channel in creeping:
+        made[:, channel] += 0.3 * (filtered(codes, 12.0) - codes)[:, channel]
+    for channel in railed:
+        made[:, channel] = np.minimum(made[:, channel], np.quantile(made[:, channel], part))
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert {e["name"]: e["channels"] for e in result.data["effects"]} == {
+        "relaxation": [f"s{channel + 1}" for channel in creeping],
+        "saturation": [f"s{channel + 1}" for channel in railed],
+    }
+
+
+def test_an_effect_says_all_of_a_small_gap_whatever_it_costs_to_name_it() -> None:
+    fits = {"step": Fit((("step", 0),), None, None, None)}
+    entries = {"step": [Entry((), None, np.zeros((9, 1)), 0, None, "")]}
+
+    def channel(excess: float, left: float) -> SimpleNamespace:
+        price = 1000.0 + 250.0 + left
+        return SimpleNamespace(
+            excess=excess,
+            samples=1000,
+            effect_price=250.0,
+            entries=entries,
+            best=lambda names: fits[min(names)],
+            price=lambda fit: price,
+        )
+
+    small, large = channel(13e3, 100.0), channel(60e3, 20e3)
+    assert _said_elsewhere([small, large], ["step"]) == [{}, {"step": entries["step"][0]}]
+    assert _said_elsewhere([channel(13e3, 1e3), large], ["step"]) == [{}, {}]
+
+
+def test_the_best_is_no_worse_for_what_was_tried_upon_it(monkeypatch) -> None:
+    x, codes = clean(11)
+    channel = first_channel(x, codes, 20.0 * (np.arange(SAMPLES) > 3000), ["step", "drift"])
+    beyond = Together(np.inf, 1.0)
+    best = search([channel], ["step", "drift"], beyond)[0]
+    assert best.names == {"step"}
+
+    def upon(channels, models, names):
+        return [(models[0], replace(models[0], names=frozenset({"drift"}), price=1e9))]
+
+    monkeypatch.setattr(importlib.import_module("softsense.diagnose.search"), "_upon_best", upon)
+    assert search([channel], ["step", "drift"], beyond)[0].names == {"step"}
 
 
 def test_fits_begin_with_what_another_channel_has_where_this_one_has_it_too() -> None:

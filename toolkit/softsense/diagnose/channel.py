@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -39,6 +39,9 @@ from softsense.effects import (
 Floats = NDArray[np.float64]
 # What moves the strain, which all channels have in common.
 Held = tuple[Pick, ...]
+Names = frozenset[str]
+NOBODY: Names = frozenset()
+Moved = Callable[[], Floats] | None
 
 # Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
 # training half of tests/benchmarks/gap.
@@ -122,6 +125,9 @@ MOTION = "motion"
 MATERIAL = "material"
 ELECTRICAL = "electrical"
 SERIAL = frozenset({MOTION, ELECTRICAL})
+# A rail: what others do says where it begins.
+RAIL = "saturation"
+RAILS = frozenset({RAIL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
 SEARCHED = 16_000
 # So many times longer ones are looked at less closely: at the full rate each filter takes its time.
@@ -399,11 +405,35 @@ class Channel:
         told = fit.static is None and self.left(fit) < self.effect_price
         if told and not on_each_other(fit.picks):
             return fit
-        begun = [fit]
-        if self.left(fit) > self.effect_price and len(names) > len(fit.picks):
-            rest = frozenset(n for n in names if n == WALK or all_effects()[n].stage != MOTION)
-            begun.append(self.best(rest, self.held(fit)))
-        return min([fit, *self._upon_each_other_from(begun)], key=self.price)
+        begun, held, made = [fit], self.held(fit), [fit]
+        if self.left(fit) > self.effect_price:
+            if len(names) > len(fit.picks):
+                rest = frozenset(n for n in names if n == WALK or all_effects()[n].stage != MOTION)
+                begun.append(self.best(rest, held))
+            # Side by side, what says all elsewhere may have to give way.
+            for name in sorted(names & self._elsewhere_said.keys()):
+                said = name, self._elsewhere_said[name]
+                rest = names - {name, *dict(held)}
+                begin = self.best(rest, (*held, said))
+                made += self._upon_each_other_from([begin], frozenset({name}))
+                if rest == RAILS:
+                    made += self._with_rail([said], frozenset({name}))
+            others = [pick for pick in fit.picks if pick[0] != RAIL]
+            if RAIL in names and WALK not in names and others:
+                made += self._with_rail(others, NOBODY)
+        return min([*made, *self._upon_each_other_from(begun)], key=self.price)
+
+    def _with_rail(self, picks: Sequence[Pick], kept: Names) -> list[Fit]:
+        """What some rounds come to from ``picks`` and the best rail upon what these do."""
+        first = self.bare(picks)
+        change = np.zeros(len(self.nominal.u))
+        for pick, weights in self.weighted(first):
+            change += self.columns(pick) @ weights
+        trial = self._upon_change(change, None, [RAIL])
+        upon = trial.best(RAILS)
+        if not upon.picks:
+            return []
+        return self._upon_each_other_from([self._both(first, trial, upon)], kept)
 
     def numbers(self, name: str) -> dict[Key, int]:
         """Where the candidates of an effect stand, by what makes them."""
@@ -465,7 +495,8 @@ class Channel:
             picks.append((name, number))
         if tuple(picks) == fit.picks:
             return fit
-        made = self._upon_each_other_from([replace(fit, picks=tuple(picks))], near=False)
+        begun, kept = replace(fit, picks=tuple(picks)), frozenset(dict(picks))
+        made = self._upon_each_other_from([begun], kept)
         return min(made, key=self.price, default=fit)
 
     def closer(self, fit: Fit) -> Fit:
@@ -478,6 +509,32 @@ class Channel:
             # An offset that one candidate needs hides that another needs none.
             begun.append(replace(fit, static=None))
         return min([fit, *self._upon_each_other_from(begun)], key=self.price)
+
+    def without_curve(self, fit: Fit) -> Fit:
+        """``fit``, or a cheaper one of effects that act on each other without a static curve, which
+        stood for what they do."""
+        if fit.static is None or len(fit.static) == 1 or not on_each_other(fit.picks):
+            return fit
+        picks = tuple((name, self._uncalibrated(name, number)) for name, number in fit.picks)
+        kept = frozenset(dict(picks).items() - dict(fit.picks).items())
+        begun = replace(fit, picks=picks, static=None)
+        made = self._upon_each_other_from([begun], frozenset(dict(kept)))
+        return min([fit, *made], key=self.price)
+
+    def _uncalibrated(self, name: str, number: int) -> int:
+        """The same candidate beside a simulator that was calibrated without the effect."""
+        if name == WALK or CALIBRATED not in self.entries[name][number].candidate.values:
+            return number
+        entry = self.entries[name][number]
+        values, near = (
+            None if of is None else {k: v for k, v in of.items() if k != CALIBRATED}
+            for of in (entry.candidate.values, entry.near)
+        )
+        for other in self._offered(self.nominal, name, near, entry.place):
+            if other.candidate.form == entry.candidate.form and other.candidate.values == values:
+                self.entries[name].append(other.apart())
+                return len(self.entries[name]) - 1
+        return number
 
     def without(self, fit: Fit, name: str) -> Fit:
         """The cheapest fit of ``fit`` without the effect ``name``, under the same motion."""
@@ -499,6 +556,11 @@ class Channel:
             if all_effects()[name].stage == MOTION:
                 change += self.columns((name, number)) @ weights
                 moved = self.entries[name][number].candidate.moved
+        return self._upon_change(change, moved, known)
+
+    def _upon_change(self, change: Floats, moved: Moved, known: Sequence[str]) -> Channel:
+        """The channel with what a ``change`` (samples,) leaves, and the effects ``known`` upon
+        it."""
         nominal = self.nominal.acting_on(self.nominal.u + change, moved)
         history = history_basis(nominal.strain, nominal.dt_s)
         left = self.residual - change
@@ -506,17 +568,24 @@ class Channel:
 
     def then(self, fit: Fit, trial: Channel, upon: Fit) -> Fit:
         """The motion of ``fit``, and what ``upon`` has of a ``trial``, the channel under it."""
-        held, picks = self.held(fit), []
+        held = self.held(fit)
+        begun = self._both(Fit(held, fit.errors, np.zeros(len(held)), None), trial, upon)
+        return min([begun, *self._upon_each_other_from([begun])], key=self.price)
+
+    def _both(self, first: Fit, trial: Channel, upon: Fit) -> Fit:
+        """``first``, and what ``upon`` has of a ``trial``, the channel under it."""
+        picks = []
         for name, number in upon.picks:
             entry = trial.entries[name][number].apart()
             self.entries[name].append(replace(entry, nominal=trial.nominal))
             picks.append((name, len(self.entries[name]) - 1))
-        weights = np.concatenate([np.zeros(len(held)), upon.weights])
-        if len(upon.picks) == 1 and not len(upon.weights):
-            # It was alone, with a weight of 1.
-            weights = np.zeros(len(held) + 1)
-        begun = Fit((*held, *picks), upon.errors, weights, upon.static)
-        return min([begun, *self._upon_each_other_from([begun])], key=self.price)
+        # What was alone had a weight of 1.
+        both = [
+            np.zeros(1) if len(fit.picks) == 1 and not len(fit.weights) else fit.weights
+            for fit in (first, upon)
+        ]
+        weights = np.concatenate(both)
+        return Fit((*first.picks, *picks), upon.errors, weights, upon.static)
 
     def moved_alone(self) -> dict[str, Entry]:
         """The effect of the motion that says most alone, and its best candidate."""
@@ -534,14 +603,16 @@ class Channel:
             pick for pick in fit.picks if pick[0] != WALK and all_effects()[pick[0]].stage == MOTION
         )
 
-    def _upon_each_other_from(self, begun: Sequence[Fit], near: bool = True) -> list[Fit]:
-        """What some rounds come to from ``begun``; ``near``: also with candidates near those."""
+    def _upon_each_other_from(self, begun: Sequence[Fit], kept: Names = NOBODY) -> list[Fit]:
+        """What some rounds come to from ``begun``, also with candidates near those, but for effects
+        that are ``kept`` as they are."""
         made = []
         for begin in begun:
             for ordered in _orders(begin.picks):
-                now, picks, before = begin, ordered, np.inf
+                now, picks, before, wide = begin, ordered, np.inf, RAILS - kept
                 for _ in range(ROUNDS):
-                    then, now = now, self._composed(picks, now, near)
+                    then, now = now, self._composed(picks, now, kept, wide)
+                    wide = NOBODY
                     picks = now.picks
                     settled = self._settled(then, now)
                     if settled:
@@ -577,9 +648,11 @@ class Channel:
             chosen.append((name, number))
         return tuple(chosen)
 
-    def _composed(self, ordered: Sequence[Pick], fit: Fit, near: bool = True) -> Fit:
+    def _composed(
+        self, ordered: Sequence[Pick], fit: Fit, kept: Names = NOBODY, anew: Names = NOBODY
+    ) -> Fit:
         """The fit of one more round; its candidates are among the entries from now on."""
-        trial = self._upon_each_other(ordered, fit, near)
+        trial = self._upon_each_other(ordered, fit, kept, anew)
         picks = {name: 0 for name, _ in ordered}
         static = 0 if fit.static is None else len(fit.static)
         several = [name for name in picks if len(trial.entries.get(name, ())) > 1]
@@ -597,9 +670,11 @@ class Channel:
             several = beyond
         return replace(best, picks=self._own(trial, best.picks))
 
-    def _upon_each_other(self, ordered: Sequence[Pick], fit: Fit, near: bool = True) -> Channel:
-        """The channel with the candidates of ``fit`` upon what earlier stages do; ``near``: each
-        followed by those near it."""
+    def _upon_each_other(
+        self, ordered: Sequence[Pick], fit: Fit, kept: Names, anew: Names
+    ) -> Channel:
+        """The channel with the candidates of ``fit`` upon what earlier stages do, each but those
+        ``kept`` followed by those near it, and ``anew`` by all of its effect."""
         # Nothing acts on what the last one does.
         said = {
             pick[0]: self.columns(pick) @ weights
@@ -619,13 +694,16 @@ class Channel:
                 read = wanders and all_effects()[name].bent
                 done = self.residual if read else change
                 nominal = self.nominal.acting_on(self.nominal.u + done, moved)
-            if all_effects()[name].stage == MOTION or not near:
+            if all_effects()[name].stage == MOTION or name in kept:
                 again = self._again(nominal, name, self.entries[name][number])
                 made[name] = [altered(again, nominal=nominal)]
             elif read or change.any():
                 made[name] = self._upon(nominal, name, number)
             else:
                 made[name] = self._once_more(name, number)
+            if name in anew and change.any():
+                everywhere = self._offered(nominal, name, None)
+                made[name] += [altered(other, nominal=nominal) for other in everywhere]
             change += said.get(name, 0.0)
             moved = self.entries[name][number].candidate.moved or moved
         trial = copy(self)
@@ -1085,7 +1163,7 @@ class Channel:
             return self._interval_around(fit, name, key)
         if any(entry.nominal is not None for _, entry in entries):
             # Upon what other effects do, as those are that it is compared with.
-            trial = self._upon_each_other(fit.picks, fit)
+            trial = self._upon_each_other(fit.picks, fit, NOBODY, NOBODY)
             return trial._interval(trial.fit((name, 0) for name, _ in fit.picks), name, key)
         return self._interval(fit, name, key)
 

@@ -83,6 +83,8 @@ WITHIN = 1.6
 WITHIN_BENT = 5.0
 TOLD_MORE = 0.9
 UNTOLD = 4.0
+# What leaves less of the gap than this is looked at closely as if there were no walk.
+SAYS_MOST = 0.15
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
 # What a walk can do by chance.
@@ -363,24 +365,28 @@ def search(
     first = [made for kind in kinds for made in kind[:AT_FIRST]]
     # What acts on each other's signal says little side by side.
     first += [made for made in fine if _serial(made.names) and made not in first][:AT_FIRST]
-    several = [made for made in first if _may_be_near(made, fine[0], WITHIN_AT_FIRST)]
+    # A walk costs little whatever is left; what others say side by side is still far from that.
+    named = next(made for made in fine if WALK not in made.names)
+    to_beat = named if _left(channels, named) < SAYS_MOST * gap else fine[0]
+    several = [made for made in first if _may_be_near(made, to_beat, WITHIN_AT_FIRST)]
     later = [m for kind in kinds for m in kind[AT_FIRST:] if m not in several]
-    later = [made for made in later if _may_be_near(made, fine[0], WITHIN)]
+    later = [made for made in later if _may_be_near(made, to_beat, WITHIN)]
     both = moving() & set(names)
     if fine[0].names & both and both not in [made.names for made in several]:
         # Side by side, these say little of what they do in series.
         several.append(replace(model(channels, both), names=both))
     if channels[0].long:
         several, later = [made for made in fine[:1] if len(made.names) > 1], []
-    done = _composed(channels, several, fine[0].price)
+    done = _composed(channels, several, to_beat.price)
     told = any(_left(channels, b) < TOLD_MORE * _left(channels, a) for a, b in done)
-    best = by_price([fine[0], *(after for _, after in done)])[0]
-    if told or _left(channels, best) > UNTOLD * _for_one_each(channels):
-        done += _composed(channels, later, fine[0].price)
+    after = [after for _, after in done if WALK not in after.names or to_beat is not named]
+    if told or _left(channels, by_price([to_beat, *after])[0]) > UNTOLD * _for_one_each(channels):
+        done += _composed(channels, later, to_beat.price)
+    untouched = [made for made in fine if made not in [before for before, _ in done]]
+    done += _without_curves(channels, [after for _, after in done if WALK not in after.names])
     done += _upon_best(channels, by_price([*fine, *(after for _, after in done)]), names)
     done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
     done += _moved_alike(channels, by_price([*fine, *(after for _, after in done)]))
-    untouched = [made for made in fine if made not in [before for before, _ in done]]
     last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
 
@@ -395,10 +401,7 @@ def _said_elsewhere(channels: Sequence[Channel], names: Sequence[str]) -> list[d
     much = [c for c in there if channels[c].excess > MUCH * most]
     for name in sorted(set(names) - moving() - {WALK}):
         fits = {c: channels[c].best(frozenset({name})) for c in there}
-        cost = {
-            c: (channels[c].price(fit) - channels[c].samples) / channels[c].excess
-            for c, fit in fits.items()
-        }
+        cost = {c: _more_than_noise(channels[c], fit) for c, fit in fits.items()}
         first = min(much, key=cost.__getitem__)
         if fits[first].picks and cost[first] < SAID_ALL:
             said = channels[first].entries[name][dict(fits[first].picks)[name]]
@@ -408,6 +411,11 @@ def _said_elsewhere(channels: Sequence[Channel], names: Sequence[str]) -> list[d
     return result
 
 
+def _more_than_noise(channel: Channel, fit: Fit) -> float:
+    """The price of a fit beyond the noise and that of one effect, as a share of the gap."""
+    return (channel.price(fit) - channel.samples - channel.effect_price) / channel.excess
+
+
 def _serial(names: Names) -> bool:
     """Whether these are two effects of which one acts on what the other has done."""
     return len(names) == 2 and all(all_effects()[name].stage in SERIAL for name in names)
@@ -415,7 +423,7 @@ def _serial(names: Names) -> bool:
 
 def _may_be_near(made: Model, best: Model, within: float) -> bool:
     """Whether ``made`` may cost as little as the ``best`` where effects act on each other."""
-    bent = any(all_effects()[name].bent for name in made.names - {WALK})
+    bent = any(all_effects()[name].bent or name == "saturation" for name in made.names - {WALK})
     return made.price < (WITHIN_BENT if bent else within) * best.price
 
 
@@ -555,6 +563,20 @@ def _composed(
         leaner(channels, priced(channels, tuple(fits))) for fits in zip(*by_channel, strict=True)
     ]
     return list(zip(several, [refined(channels, made) for made in after], strict=True))
+
+
+def _without_curves(
+    channels: Sequence[Channel], models: Sequence[Model]
+) -> list[tuple[Model, Model]]:
+    """The one of ``models`` that leaves least, without its static curves: these may stand for what
+    one effect does to another, at a price."""
+    several = [made for made in models if len(made.names) > 1]
+    if channels[0].long or not several:
+        return []
+    least = min(several, key=lambda made: _left(channels, made))
+    each = list(zip(channels, least.fits, strict=True))
+    fits = all_at_once(lambda one: one[0].without_curve(one[1]), each)
+    return [(least, leaner(channels, priced(channels, tuple(fits))))]
 
 
 def _upon_best(
