@@ -39,9 +39,9 @@ from softsense.effects import (
 Floats = NDArray[np.float64]
 # What moves the strain, which all channels have in common.
 Held = tuple[Pick, ...]
+Moved = Callable[[], Floats] | None
 Names = frozenset[str]
 NOBODY: Names = frozenset()
-Moved = Callable[[], Floats] | None
 
 # Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
 # training half of tests/benchmarks/gap.
@@ -405,23 +405,25 @@ class Channel:
         told = fit.static is None and self.left(fit) < self.effect_price
         if told and not on_each_other(fit.picks):
             return fit
-        begun, held, made = [fit], self.held(fit), [fit]
+        begun, made = [fit], [fit]
         if self.left(fit) > self.effect_price:
             if len(names) > len(fit.picks):
                 rest = frozenset(n for n in names if n == WALK or all_effects()[n].stage != MOTION)
-                begun.append(self.best(rest, held))
-            # Side by side, what says all elsewhere may have to give way.
+                begun.append(self.best(rest, self.held(fit)))
             for name in sorted(names & self._elsewhere_said.keys()):
-                said = name, self._elsewhere_said[name]
-                rest = names - {name, *dict(held)}
-                begin = self.best(rest, (*held, said))
-                made += self._upon_each_other_from([begin], frozenset({name}))
-                if rest == RAILS:
-                    made += self._with_rail([said], frozenset({name}))
-            others = [pick for pick in fit.picks if pick[0] != RAIL]
+                made += self._upon_said(name, names, self.held(fit))
+            others = [pick for pick in fit.picks if pick[0] not in RAILS]
             if RAIL in names and WALK not in names and others:
                 made += self._with_rail(others, NOBODY)
         return min([*made, *self._upon_each_other_from(begun)], key=self.price)
+
+    def _upon_said(self, name: str, names: Names, held: Held) -> list[Fit]:
+        """What some rounds come to of ``names`` where the effect ``name`` stays what says all of
+        another channel: side by side it may have to give way."""
+        said, kept = (name, self._elsewhere_said[name]), frozenset({name})
+        rest = names - {name, *dict(held)}
+        made = self._upon_each_other_from([self.best(rest, (*held, said))], kept)
+        return made + (self._with_rail([said], kept) if rest == RAILS else [])
 
     def _with_rail(self, picks: Sequence[Pick], kept: Names) -> list[Fit]:
         """What some rounds come to from ``picks`` and the best rail upon what these do."""
@@ -429,6 +431,7 @@ class Channel:
         change = np.zeros(len(self.nominal.u))
         for pick, weights in self.weighted(first):
             change += self.columns(pick) @ weights
+        # A rail asks for the codes alone, however the strain was moved.
         trial = self._upon_change(change, None, [RAIL])
         upon = trial.best(RAILS)
         if not upon.picks:
@@ -516,13 +519,13 @@ class Channel:
         if fit.static is None or len(fit.static) == 1 or not on_each_other(fit.picks):
             return fit
         picks = tuple((name, self._uncalibrated(name, number)) for name, number in fit.picks)
-        kept = frozenset(dict(picks).items() - dict(fit.picks).items())
+        kept = frozenset(name for name, _ in set(picks) - set(fit.picks))
         begun = replace(fit, picks=picks, static=None)
-        made = self._upon_each_other_from([begun], frozenset(dict(kept)))
-        return min([fit, *made], key=self.price)
+        return min([fit, *self._upon_each_other_from([begun], kept)], key=self.price)
 
     def _uncalibrated(self, name: str, number: int) -> int:
-        """The same candidate beside a simulator that was calibrated without the effect."""
+        """The same candidate beside a simulator that was calibrated without the effect, where there
+        is one."""
         if name == WALK or CALIBRATED not in self.entries[name][number].candidate.values:
             return number
         entry = self.entries[name][number]
@@ -580,12 +583,11 @@ class Channel:
             self.entries[name].append(replace(entry, nominal=trial.nominal))
             picks.append((name, len(self.entries[name]) - 1))
         # What was alone had a weight of 1.
-        both = [
-            np.zeros(1) if len(fit.picks) == 1 and not len(fit.weights) else fit.weights
+        weights = [
+            fit.weights if len(fit.picks) != 1 or len(fit.weights) else np.zeros(1)
             for fit in (first, upon)
         ]
-        weights = np.concatenate(both)
-        return Fit((*first.picks, *picks), upon.errors, weights, upon.static)
+        return Fit((*first.picks, *picks), upon.errors, np.concatenate(weights), upon.static)
 
     def moved_alone(self) -> dict[str, Entry]:
         """The effect of the motion that says most alone, and its best candidate."""
@@ -651,7 +653,8 @@ class Channel:
     def _composed(
         self, ordered: Sequence[Pick], fit: Fit, kept: Names = NOBODY, anew: Names = NOBODY
     ) -> Fit:
-        """The fit of one more round; its candidates are among the entries from now on."""
+        """The fit of one more round (see ``_upon_each_other``); its candidates are among the
+        entries from now on."""
         trial = self._upon_each_other(ordered, fit, kept, anew)
         picks = {name: 0 for name, _ in ordered}
         static = 0 if fit.static is None else len(fit.static)

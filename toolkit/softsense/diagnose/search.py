@@ -15,10 +15,12 @@ from softsense.diagnose.channel import (
     HOPELESS,
     LESS_LEFT,
     MOTION,
+    RAILS,
     SERIAL,
     SHARE_OF_LEFT,
     WALK,
     Channel,
+    Names,
     beside_walk,
     on_each_other,
 )
@@ -26,7 +28,6 @@ from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 
-Names = frozenset[str]
 # Pairs begin with the most promising single effects, those that cost no more than so many times the
 # cheapest, and fewer at a close look; triples, which are only looked at closely, with the best
 # pairs.
@@ -67,8 +68,8 @@ ONE_LEAVES = 0.01
 UPON = 3
 # So many models of a motion beside another effect are tried with the motion of the best one.
 EXCHANGED = 6
-# Where an effect alone costs no more than this share of the gap, and that is such a share of the
-# largest one, fits of other channels may begin with it too.
+# Where an effect alone costs no more than this share of the gap, beside being named, and that is
+# such a share of the largest one, fits of other channels may begin with it too.
 SAID_ALL = 0.02
 MUCH = 0.05
 # So many pairs that act on each other's signal are looked at closely, whatever they say alone.
@@ -401,19 +402,19 @@ def _said_elsewhere(channels: Sequence[Channel], names: Sequence[str]) -> list[d
     much = [c for c in there if channels[c].excess > MUCH * most]
     for name in sorted(set(names) - moving() - {WALK}):
         fits = {c: channels[c].best(frozenset({name})) for c in there}
-        cost = {c: _more_than_noise(channels[c], fit) for c, fit in fits.items()}
+        cost = {
+            c: (channels[c].price(fit) - channels[c].samples) / channels[c].excess
+            for c, fit in fits.items()
+        }
         first = min(much, key=cost.__getitem__)
-        if fits[first].picks and cost[first] < SAID_ALL:
+        # It costs as much to name it, whatever the gap.
+        named = channels[first].effect_price / channels[first].excess
+        if fits[first].picks and cost[first] - named < SAID_ALL:
             said = channels[first].entries[name][dict(fits[first].picks)[name]]
             for c in there:
                 if cost[c] > HOPELESS * cost[first]:
                     result[c][name] = said
     return result
-
-
-def _more_than_noise(channel: Channel, fit: Fit) -> float:
-    """The price of a fit beyond the noise and that of one effect, as a share of the gap."""
-    return (channel.price(fit) - channel.samples - channel.effect_price) / channel.excess
 
 
 def _serial(names: Names) -> bool:
@@ -423,7 +424,7 @@ def _serial(names: Names) -> bool:
 
 def _may_be_near(made: Model, best: Model, within: float) -> bool:
     """Whether ``made`` may cost as little as the ``best`` where effects act on each other."""
-    bent = any(all_effects()[name].bent or name == "saturation" for name in made.names - {WALK})
+    bent = any(all_effects()[name].bent or name in RAILS for name in made.names - {WALK})
     return made.price < (WITHIN_BENT if bent else within) * best.price
 
 
