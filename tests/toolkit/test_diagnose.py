@@ -577,7 +577,7 @@ def test_the_best_is_no_worse_for_what_was_tried_upon_it(monkeypatch) -> None:
     assert best.names == {"step"}
 
     def upon(channels, models, names):
-        return [(models[0], replace(models[0], names=frozenset({"drift"}), price=1e9))]
+        return [replace(models[0], names=frozenset({"drift"}), price=1e9)]
 
     monkeypatch.setattr(importlib.import_module("softsense.diagnose.search"), "_upon_best", upon)
     assert search([channel], ["step", "drift"], beyond)[0].names == {"step"}

@@ -399,8 +399,8 @@ class Channel:
         Motion comes before material, and material before the electrical side, whose effects come
         one after the other in either order; what moves the strain stays as it is in ``fit``. What
         does not act on each other is looked at once more, side by side in all its places. Where
-        ``fit`` leaves enough to pay for an effect more, all of ``names`` are tried: two that act
-        on each other can say little side by side.
+        ``fit`` leaves enough to pay for an effect more, all of ``names`` are tried, which can say
+        little side by side; also from what says all of another channel, and a rail from anywhere.
         """
         told = fit.static is None and self.left(fit) < self.effect_price
         if told and not on_each_other(fit.picks):
@@ -428,11 +428,8 @@ class Channel:
     def _with_rail(self, picks: Sequence[Pick], kept: Names) -> list[Fit]:
         """What some rounds come to from ``picks`` and the best rail upon what these do."""
         first = self.bare(picks)
-        change = np.zeros(len(self.nominal.u))
-        for pick, weights in self.weighted(first):
-            change += self.columns(pick) @ weights
         # A rail asks for the codes alone, however the strain was moved.
-        trial = self._upon_change(change, None, [RAIL])
+        trial = self._upon_change(self.predicted(first), None, [RAIL])
         upon = trial.best(RAILS)
         if not upon.picks:
             return []
@@ -606,15 +603,15 @@ class Channel:
         )
 
     def _upon_each_other_from(self, begun: Sequence[Fit], kept: Names = NOBODY) -> list[Fit]:
-        """What some rounds come to from ``begun``, also with candidates near those, but for effects
-        that are ``kept`` as they are."""
+        """What some rounds come to from ``begun``, also with candidates near those, and at first
+        with any rail; but for effects that are ``kept`` as they are."""
         made = []
         for begin in begun:
             for ordered in _orders(begin.picks):
-                now, picks, before, wide = begin, ordered, np.inf, RAILS - kept
+                now, picks, before, anew = begin, ordered, np.inf, RAILS - kept
                 for _ in range(ROUNDS):
-                    then, now = now, self._composed(picks, now, kept, wide)
-                    wide = NOBODY
+                    then, now = now, self._composed(picks, now, kept, anew)
+                    anew = NOBODY
                     picks = now.picks
                     settled = self._settled(then, now)
                     if settled:

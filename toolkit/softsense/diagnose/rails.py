@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from softsense.diagnose.channel import WALK, Channel
+from softsense.diagnose.channel import RAIL, WALK, Channel
 from softsense.diagnose.design import Fit
 from softsense.diagnose.search import Model
 from softsense.effects import AS_CURVE, altered
 from softsense.effects.saturation import is_rail
 
-CURVE, RAIL = "adc_nonlinearity", "saturation"
+CURVE = "adc_nonlinearity"
 
 
 def railed(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:

@@ -380,15 +380,16 @@ def search(
         several, later = [made for made in fine[:1] if len(made.names) > 1], []
     done = _composed(channels, several, to_beat.price)
     told = any(_left(channels, b) < TOLD_MORE * _left(channels, a) for a, b in done)
-    after = [after for _, after in done if WALK not in after.names or to_beat is not named]
-    if told or _left(channels, by_price([to_beat, *after])[0]) > UNTOLD * _for_one_each(channels):
+    near = [after for _, after in done if WALK not in after.names or to_beat is not named]
+    if told or _left(channels, by_price([to_beat, *near])[0]) > UNTOLD * _for_one_each(channels):
         done += _composed(channels, later, to_beat.price)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
-    done += _without_curves(channels, [after for _, after in done if WALK not in after.names])
-    done += _upon_best(channels, by_price([*fine, *(after for _, after in done)]), names)
-    done += _upon_motion(channels, by_price([*fine, *(after for _, after in done)]), names)
-    done += _moved_alike(channels, by_price([*fine, *(after for _, after in done)]))
-    last = [weighed(channels, made) for made in [*untouched, *(after for _, after in done)]]
+    found = [after for _, after in done]
+    found += _without_curves(channels, found)
+    found += _upon_best(channels, by_price([*fine, *found]), names)
+    found += _upon_motion(channels, by_price([*fine, *found]), names)
+    found += _moved_alike(channels, by_price([*fine, *found]))
+    last = [weighed(channels, made) for made in [*untouched, *found]]
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
 
 
@@ -566,23 +567,21 @@ def _composed(
     return list(zip(several, [refined(channels, made) for made in after], strict=True))
 
 
-def _without_curves(
-    channels: Sequence[Channel], models: Sequence[Model]
-) -> list[tuple[Model, Model]]:
-    """The one of ``models`` that leaves least, without its static curves: these may stand for what
-    one effect does to another, at a price."""
-    several = [made for made in models if len(made.names) > 1]
+def _without_curves(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
+    """The one of ``models`` without a walk that leaves least, without its static curves: these may
+    stand for what one effect does to another, at a price."""
+    several = [made for made in models if len(made.names) > 1 and WALK not in made.names]
     if channels[0].long or not several:
         return []
     least = min(several, key=lambda made: _left(channels, made))
     each = list(zip(channels, least.fits, strict=True))
     fits = all_at_once(lambda one: one[0].without_curve(one[1]), each)
-    return [(least, leaner(channels, priced(channels, tuple(fits))))]
+    return [leaner(channels, priced(channels, tuple(fits)))]
 
 
 def _upon_best(
     channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
-) -> list[tuple[Model, Model]]:
+) -> list[Model]:
     """The best model without a walk, which follows whatever is left, with each of the most
     promising effects more where it leaves much of a channel: side by side with what it acts upon,
     that may say little."""
@@ -612,13 +611,13 @@ def _upon_best(
             if on_each_other(fit.picks):
                 fit = channels[c].composed(fit, frozenset(dict(fit.picks)))
             made[c] = min(made[c], fit, key=channels[c].price)
-        result.append((best, leaner(channels, priced(channels, tuple(made)))))
+        result.append(leaner(channels, priced(channels, tuple(made))))
     return result
 
 
 def _upon_motion(
     channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
-) -> list[tuple[Model, Model]]:
+) -> list[Model]:
     """What moves the strain alone, with another effect upon it.
 
     Side by side with a motion that moves much, little of what acts upon it is seen; but not where
@@ -638,12 +637,12 @@ def _upon_motion(
     little = LITTLE_ALONE * gap
     alone = [m for m in alone if poorly or m.names <= named.names or left[m.names] < little]
     for before in [*alone, *_known_by_one(channels)]:
-        result += [(before, made) for made in _upon(channels, before, rest)]
-    best = min(result, key=lambda both: both[1].price, default=None)
-    return result + ([(best[0], refined(channels, best[1]))] if best else [])
+        result += _upon(channels, before, rest)
+    best = min(result, key=lambda made: made.price, default=None)
+    return result + ([refined(channels, best)] if best else [])
 
 
-def _moved_alike(channels: Sequence[Channel], models: Sequence[Model]) -> list[tuple[Model, Model]]:
+def _moved_alike(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
     """The most promising pairs with the same effect of the motion as the best model, moved as that
     one is: beside another effect, the fit of a motion may have gone elsewhere."""
     best = models[0]
@@ -656,11 +655,10 @@ def _moved_alike(channels: Sequence[Channel], models: Sequence[Model]) -> list[t
     for made in _may_pay(channels, alike, best.price)[:EXCHANGED]:
         each = list(zip(channels, made.fits, best.fits, strict=True))
         fits = all_at_once(lambda one: one[0].with_motion(one[1], one[0].motion_of(one[2])), each)
-        result.append((made, leaner(channels, priced(channels, tuple(fits)))))
+        result.append(leaner(channels, priced(channels, tuple(fits))))
     if result:
         # Meanwhile the others have been what they were.
-        before, after = min(result, key=lambda both: both[1].price)
-        result.append((before, _closer(channels, after)))
+        result.append(_closer(channels, min(result, key=lambda made: made.price)))
     return result
 
 
