@@ -12,15 +12,18 @@ from softsense.effects.operators import low_pass
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
-# The same of what comes late, and of what comes through a capacitance as it would without effects.
+# The same of what comes late, and of what comes through a capacitance as it would without effects,
+# which an amplifier may turn over or raise: all of that is little where its time constant is short.
 MOST_LATE = 0.5
-MOST_COUPLED = 1.0
+MOST_COUPLED = 3.0
 # And of the others together where they pull down a reference.
 MOST_PULLED = 0.5
 # Time constants of the wire that a share comes through, and of the capacitor that lets only what is
 # faster through: none takes longer, which a material does.
 WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
 CAPACITORS_S = (0.2, 0.5, 1.2)
+# And those after which a sampling capacitor's dielectric gives back what it took.
+DIELECTRICS_S = (0.4, 0.9, 2.0)
 
 
 def simulate(
@@ -49,14 +52,14 @@ def explain(nominal: Nominal) -> list[Candidate]:
     """A share of another channel, or of the two scanned before, as they really read or would
     without their effects; or what a capacitor held of it, a ground that one lifts, a return that
     all others go through, a supply that sags, or lifts, with all channels together, or a reference
-    with the others. Or what of another channel comes through a capacitance.
+    with the others. Or what of another channel comes through a capacitance, or from a dielectric.
     """
     channels = len(nominal.codes)
     result = _shares(nominal)
     for other in range(channels):
         if other != nominal.channel:
             result.extend(_filtered(nominal, other, WIRES_S, CAPACITORS_S))
-    return result + _sides(nominal, WIRES_S[::2])
+    return result + _sides(nominal, WIRES_S[::2]) + _absorbed(nominal, DIELECTRICS_S)
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -66,7 +69,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     near = (values["tau_s"] * np.geomspace(0.6, 1.6, 7)).tolist()
     capacitors = [tau_s for tau_s in near if tau_s <= CAPACITORS_S[-1]]
     filtered = _filtered(nominal, int(values["source"]), near, capacitors)
-    return _shares(nominal) + filtered + _sides(nominal, near[::2])
+    return _shares(nominal) + filtered + _sides(nominal, near[::2]) + _absorbed(nominal, near[1::2])
 
 
 def _shares(nominal: Nominal) -> list[Candidate]:
@@ -164,11 +167,42 @@ def _sides(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
     ]
 
 
+def _absorbed(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
+    """What a sampling capacitor keeps of the channel scanned before, and what its dielectric gives
+    back later (dielectric absorption)."""
+    channels = len(nominal.codes)
+    if channels < 2:
+        return []
+    before = (nominal.channel - 1) % channels
+    would = nominal.codes[before][:, None]
+    apart = float(nominal.reference.rest[before] - nominal.reference.rest[nominal.channel])
+
+    def kept(tau_s: float, zero: float) -> Floats:
+        late = low_pass(would, nominal.dt_s, np.array([tau_s]), None)[0]
+        both = np.concatenate([would, late], axis=1)[nominal.keep]
+        return np.asarray(both - nominal.u[nominal.keep, None] - zero)
+
+    return [
+        Candidate(
+            partial(kept, tau_s, zero),
+            {"source": float(before), "tau_s": tau_s},
+            "absorbing",
+            positive=True,
+            largest=MOST_LATE,
+        )
+        for tau_s in times_s
+        for zero in (0.0, apart)
+    ]
+
+
 def _filtered(
     nominal: Nominal, other: int, wires_s: Sequence[float], capacitors_s: Sequence[float]
 ) -> list[Candidate]:
     """What of another channel comes late, through the wire's capacitance, instead of its own; and
     what comes through the capacitance between two wires, beside its own."""
+    if other == nominal.channel:
+        # Near what another channel hears of this one.
+        return []
     keep = nominal.keep
     would, really = nominal.codes[other][:, None], nominal.heard[other][:, None]
 
@@ -191,7 +225,7 @@ def _filtered(
         # A tone that all hear has another phase on each: much of what others really read says it.
         for signal, most in ((really, MOST), (would, MOST_COUPLED)):
             made = partial(fast, signal, tau_s)
-            result.append(Candidate(made, values, "coupled", largest=most, positive=True))
+            result.append(Candidate(made, values, "coupled", largest=most))
     return result
 
 
@@ -201,7 +235,8 @@ EFFECT = Effect(
     mechanism="the sampling capacitor keeps part of the channel before; channels share a supply or "
     "a ground; or wires couple through a capacitance",
     equation="scan: u_i + A (u_j - u_i), j the channel scanned before; supply: u_i (1 - A mean u)",
-    source="incomplete RC settling of a multiplexed converter: A = exp(-t_sample / (R C))",
+    source="incomplete RC settling of a multiplexed converter: A = exp(-t_sample / (R C)); "
+    "dielectric absorption: Dow, IRE Trans. Electron. Comput. EC-7 (1958)",
     fingerprint="follows another channel, one way only: in the order of the scan, or late, or only "
     "its fast part",
     parameters=(

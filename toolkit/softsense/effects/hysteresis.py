@@ -111,6 +111,8 @@ FEW_RELAYS = (
     ((1, 2, 3, 5, 8, 12, 18, 26), 3),
 )
 PULLS = (2.5, 5.0, 10.0, 20.0)
+# By how much of themselves ways grow for each range that was gone.
+HARDENS = (0.004, 0.015)
 # Cells along each side of a plane whose density is any, and ways of states that pinch.
 CELLS = 8
 PINCHED = np.array([0.05, 0.15, 0.4])
@@ -260,6 +262,15 @@ def _duhem(base: Floats, pull: float, keep: slice) -> Floats:
     return np.concatenate([slow, begun[:, None], powers - powers[0]], axis=1)[keep]
 
 
+def _hardening(base: Floats, hardens: float, keep: slice) -> Floats:
+    """(kept samples, columns) Dahl's states whose ways grow with the way that was gone (Valanis,
+    Arch. Mech. 23, 1971: the intrinsic time of a material that hardens is a logarithm of it)."""
+    way = np.abs(np.diff(base, prepend=base[0]))
+    intrinsic = way / (1.0 + hardens * np.cumsum(way))
+    made = [base - _along(base[:, None], intrinsic, 1.0 / far)[:, 0] for far in WAYS.tolist()]
+    return np.stack(made, axis=1)[keep]
+
+
 def _pinched(base: Floats, keep: slice) -> Floats:
     """(kept samples, columns) of Dahl's states, their powers, and these along ``base`` (samples,).
 
@@ -307,7 +318,7 @@ def _any_density(base: Floats, keep: slice) -> Floats:
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """Ladders of plays and of Dahl's states, of signal, strain or both; planes of relays;
-    branches that are drawn to a curve; loops that are pinched."""
+    branches that are drawn to a curve; loops that are pinched, or that harden."""
     bases = (nominal.share, nominal.strain)
 
     # One candidate may be asked for alone, and several share these; all channels see one strain.
@@ -332,6 +343,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
     def drawn(base: int, pull: float) -> Floats:
         return spanned(base, _duhem, pull)
 
+    def hardening(base: int, hardens: float) -> Floats:
+        return spanned(base, _hardening, hardens)
+
     def any_density() -> Floats:
         return spanned(1, _any_density)
 
@@ -354,6 +368,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
             fewer = partial(_first, branches, _BRANCHES)
             result.append(Candidate(fewer, {"pull": pull}, "duhem"))
             result.append(Candidate(branches, {"pull": pull}, "duhem", curved=True))
+        for hardens in HARDENS:
+            made = partial(hardening, base, hardens)
+            result.append(Candidate(made, {"hardens": hardens}, "endochronic"))
         slipped = partial(sharp, "dahl", base)
         mixed = beside(partial(sharp, "prandtl-ishlinskii", base), slipped)
         result.append(Candidate(mixed, {}, "prandtl-ishlinskii and dahl"))
@@ -404,7 +421,8 @@ EFFECT = Effect(
     "bouc_wen: dz = (du - |du| z / 2 - du |z| / 2) / r; dahl: dz = (du - |du| z) / r",
     source="Prandtl-Ishlinskii: Visintin, Differential Models of Hysteresis (1994); "
     "Preisach, Z. Phys. 94 (1935); "
-    "Bouc-Wen: Wen, J. Eng. Mech. Div. 102 (1976); Dahl, AIAA J. 14 (1976)",
+    "Bouc-Wen: Wen, J. Eng. Mech. Div. 102 (1976); Dahl, AIAA J. 14 (1976); "
+    "endochronic: Valanis, Arch. Mech. 23 (1971)",
     fingerprint="loading differs from unloading, loop area independent of rate, constant in "
     "holds, minor loops close",
     parameters=(
