@@ -549,6 +549,88 @@ def test_what_creeps_into_a_rail(
     }
 
 
+@pytest.mark.parametrize(
+    ("half", "seed", "names"),
+    [
+        # The coarse grids have it, and then each effect alone goes elsewhere.
+        ("wearable", 160041, ("step", "drift")),
+        # All pairs that cost least on the coarse grids have a walk.
+        ("optical", 160025, ("gain", "step")),
+    ],
+)
+def test_a_close_look_begins_where_the_coarse_one_stood(
+    monkeypatch, half: str, seed: int, names: tuple[str, ...]
+) -> None:
+    """Cases of the benchmark that are not held out."""
+    monkeypatch.syspath_prepend(str(GAP))
+    excitation = "typical" if half == "wearable" else "rich"
+    case = importlib.import_module(half).make(seed, names, excitation)
+    assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
+
+
+def test_a_rail_is_tried_in_place_of_a_converters_curve(monkeypatch) -> None:
+    """Side by side with what it cuts off, a rail says nothing, and any curve something."""
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("liquid").make(170012, ("saturation", "relaxation"), "typical")
+    assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
+    found = diagnose(case.sim, case.real, without=["saturation"]).effects
+    assert "saturation" not in found
+
+
+def test_what_moves_nothing_on_a_channel_keeps_its_curve_there() -> None:
+    """Without it, that channel would seem to cost little."""
+    x, codes = clean(3, 1500)
+    channel = first_channel(x, codes, 20.0 * x**2, ["gain"])
+    fit = min((channel._fit((("gain", k),), 2) for k in range(3)), key=channel.price)
+    assert fit.static is not None
+    assert channel.with_motion(fit, {}, bare=True) is fit
+
+
+def test_a_curve_of_what_was_read_leaves_no_less_than_the_noise() -> None:
+    """What noise moves goes with what was read."""
+    x, codes = clean(3, 1500)
+    channel = first_channel(x, codes, np.cumsum(np.random.default_rng(2).normal(size=1500)), [])
+    nothing = Fit((("random_walk", 0),), np.zeros(1), np.zeros(0), None)
+    assert channel.gain > 0.1
+    assert channel.left(nothing) == 0.0
+
+
+def test_ways_of_hysteresis_that_grow_with_the_way_gone() -> None:
+    """Valanis, with a time step for each sample."""
+    x, codes = clean(12, 8000)
+    inner, made = 0.0, codes.copy()
+    state, states = np.zeros(2), np.zeros((len(x), 2))
+    for k in range(1, len(x)):
+        way = abs(x[k] - x[k - 1])
+        inner += way
+        fades = np.array([4.0, 16.0]) * way / (1.0 + 0.02 * inner)
+        state = np.exp(-fades) * state + x[k] - x[k - 1]
+        states[k] = state
+    made += np.array([60.0, 90.0, -70.0, 80.0]) * states.sum(axis=1)[:, None]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("hysteresis",)
+    assert not result.data["unexplained"]["unknown_effect"]
+    assert result.data["after"]["shrink"] > 0.99
+
+
+def test_crosstalk_of_a_capacitor_whose_dielectric_gives_back() -> None:
+    x, codes = clean(13, 8000)
+    late, made = filtered(codes, 1.5), codes.copy()
+    made[:, 2] += 0.02 * (codes[:, 1] - codes[:, 2]) + 0.04 * (late[:, 1] - codes[:, 2])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("crosstalk", ["s3"])]
+    assert result.data["after"]["shrink"] > 0.99
+
+
+@pytest.mark.parametrize("share", [1.6, -1.6])
+def test_crosstalk_through_a_capacitance_may_be_turned_over(share: float) -> None:
+    x, codes = clean(14, 8000)
+    made = codes.copy()
+    made[:, 0] += share * (codes - filtered(codes, 0.15))[:, 3]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("crosstalk", ["s1"])]
+
+
 def test_an_effect_says_all_of_a_small_gap_whatever_it_costs_to_name_it() -> None:
     fits = {"step": Fit((("step", 0),), None, None, None)}
     entries = {"step": [Entry((), None, np.zeros((9, 1)), 0, None, "")]}
@@ -2530,13 +2612,16 @@ def test_a_gain_that_ages_is_a_model_of_a_material() -> None:
 def test_a_scale_that_is_seen_only_beside_another_effect_must_say_enough(
     left: float, price: float, names: int
 ) -> None:
-    """It is what an equation leaves that is only nearly right; where all is said it is there."""
+    """It is what an equation leaves that is only nearly right; where all is said it is there, and
+    where fewer need a curve besides."""
     channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=50.0, samples=1.0)] * 2
     creep = fit_with("relaxation", 0.4)
     one = Model(frozenset({"relaxation"}), (creep, creep), price)
     both = creep, fit_with("gain+relaxation", left)
     two = Model(frozenset({"gain", "relaxation"}), both, 10.0)
     assert len(by_price(_fewest_first(channels, [two, one]))[0].names) == names
+    bent = replace(one, fits=(creep, replace(creep, static=np.ones(8))))
+    assert len(by_price(_fewest_first(channels, [two, bent]))[0].names) == 2
 
 
 def test_a_large_step_is_known_to_the_sample() -> None:
@@ -2645,7 +2730,7 @@ def test_commands_and_files(tmp_path: Path, capsys) -> None:
     said = capsys.readouterr().out
     assert "drift is missing on s1, s2" in said
     state = (out / "augmentation.json").read_text()
-    (out / "augmentation.json").write_text(state.replace("augmentation/8", "augmentation/1"))
+    (out / "augmentation.json").write_text(state.replace("augmentation/9", "augmentation/1"))
     assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 1
     assert "augmentation.json is softsense.augmentation/1, not" in capsys.readouterr().err
     (out / "augmentation.json").write_text("{")

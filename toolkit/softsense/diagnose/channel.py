@@ -317,6 +317,7 @@ class Channel:
         self._beside_curves: dict[Hashable, tuple[float, float]] = {}
         self._within: dict[tuple[frozenset[str], Held], Fit] = {}
         self._elsewhere_said: dict[str, int] = {}
+        self._stood: dict[Names, Fit] = {}
 
     def zoom(
         self,
@@ -324,15 +325,17 @@ class Channel:
         beside: Container[str],
         moved: Mapping[str, Entry],
         fitted: Mapping[str, Sequence[Entry]],
+        stood: Iterable[Fit],
     ) -> None:
         """Look closer around the grid points ``chosen``, and nowhere else; where no effect can pay,
         not at all, and else only at effects that say something alone, or are promising ``beside``
         others. Of the motion only at what is known to have ``moved`` it; and at what was ``fitted``
-        to all channels."""
+        to all channels. Fits of several effects also begin then where they ``stood``."""
         if self.excess < self.effect_price:
             return
         chosen = set(chosen)
         found: dict[str, list[Entry]] = {}
+        at: dict[Pick, int] = {}
         for name, entries in self.entries.items():
             effect = all_effects()[name]
             numbers = {number for other, number in chosen if other == name}
@@ -341,10 +344,13 @@ class Channel:
                 # Candidates of one column cost little.
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
             kept = [entries[number].apart() for number in sorted(numbers)]
+            all_stay = effect.zoom is None and name not in moved
+            for place, number in enumerate(sorted(numbers)):
+                at[name, number] = number if all_stay else place
             if name in moved:
                 found[name] = [*kept, self._again(self.nominal, name, moved[name])]
                 continue
-            found[name] = [*kept] if effect.zoom else [*entries]
+            found[name] = [*entries] if all_stay else [*kept]
             # At the full rate a closer look takes its time.
             if self.long and name not in beside and self._leaves_far_more(name):
                 continue
@@ -359,6 +365,10 @@ class Channel:
             found[name] += more
         self.gain = self._better_gain()
         self._take(found)
+        for fit in stood:
+            if len(fit.picks) > 1 and at.keys() >= set(fit.picks):
+                picks = tuple((name, at[name, number]) for name, number in fit.picks)
+                self._stood[frozenset(dict(picks))] = replace(fit, picks=picks)
 
     def begin_with(self, elsewhere: Mapping[str, Entry]) -> None:
         """Candidates of another channel, with which fits of several effects may begin here too."""
@@ -372,8 +382,9 @@ class Channel:
             if [candidate.values for candidate in here] == [entry.candidate.values]:
                 begin[name] = [self._entry(here[0], *source)]
         if begin:
-            entries = self.entries.items()
+            entries, stood = self.entries.items(), self._stood
             self._take({n: [e.apart() for e in own] + begin.get(n, []) for n, own in entries})
+            self._stood = stood
             self._elsewhere_said = {name: len(self.entries[name]) - 1 for name in begin}
 
     def _leaves_far_more(self, name: str) -> bool:
@@ -414,7 +425,7 @@ class Channel:
                 made += self._upon_said(name, names, self.held(fit))
             others = [pick for pick in fit.picks if pick[0] not in RAILS]
             if RAIL in names and WALK not in names and others:
-                made += self._with_rail(others, NOBODY)
+                made += self._with(self.bare(others), RAIL, NOBODY)
         return min([*made, *self._upon_each_other_from(begun)], key=self.price)
 
     def _upon_said(self, name: str, names: Names, held: Held) -> list[Fit]:
@@ -423,17 +434,38 @@ class Channel:
         said, kept = (name, self._elsewhere_said[name]), frozenset({name})
         rest = names - {name, *dict(held)}
         made = self._upon_each_other_from([self.best(rest, (*held, said))], kept)
-        return made + (self._with_rail([said], kept) if rest == RAILS else [])
+        return made + (self._with(self.bare([said]), RAIL, kept) if rest == RAILS else [])
 
-    def _with_rail(self, picks: Sequence[Pick], kept: Names) -> list[Fit]:
-        """What some rounds come to from ``picks`` and the best rail upon what these do."""
-        first = self.bare(picks)
-        # A rail asks for the codes alone, however the strain was moved.
-        trial = self._upon_change(self.predicted(first), None, [RAIL])
-        upon = trial.best(RAILS)
+    def instead(self, fit: Fit, old: str, new: str) -> Fit:
+        """``fit``, or where it has the effect ``old`` the cheapest with ``new`` in its place, upon
+        what others do, or with these alone."""
+        rest = [pick for pick in fit.picks if pick[0] != old]
+        if len(rest) == len(fit.picks):
+            return fit
+        if not rest:
+            return self.best(frozenset({new}))
+        made = self._with(self._part(fit, rest), new, NOBODY)
+        return min([self.without(fit, old), *made], key=self.price)
+
+    def _part(self, fit: Fit, picks: Sequence[Pick]) -> Fit:
+        """What these ``picks`` do in a fit of several."""
+        weights = [
+            own - self.entries[name][number].candidate.fixed
+            for (name, number), own in self.weighted(fit)
+            if (name, number) in picks
+        ]
+        return Fit(tuple(picks), fit.errors, np.concatenate(weights), None)
+
+    def _with(self, first: Fit, name: str, kept: Names) -> list[Fit]:
+        """What some rounds come to from ``first`` and the best of an effect upon what that does."""
+        moved = [entry.candidate.moved for entry in self.motion_of(first).values()]
+        trial = self._upon_change(self.predicted(first), moved[-1] if moved else None, [name])
+        upon = trial.best(frozenset({name}))
         if not upon.picks:
             return []
-        return self._upon_each_other_from([self._both(first, trial, upon)], kept)
+        begun = self._both(first, trial, upon)
+        bare = [] if begun.static is None else [replace(begun, static=None)]
+        return self._upon_each_other_from([begun, *bare], kept)
 
     def numbers(self, name: str) -> dict[Key, int]:
         """Where the candidates of an effect stand, by what makes them."""
@@ -484,9 +516,10 @@ class Channel:
             rest -= fit.static[0] if one else self.static[self._thin] @ fit.static
         return rest
 
-    def with_motion(self, fit: Fit, moved: Mapping[str, Entry]) -> Fit:
+    def with_motion(self, fit: Fit, moved: Mapping[str, Entry], bare: bool = False) -> Fit:
         """The same where these entries are what moves the strain, and the others what they were;
-        ``fit`` where that moves nothing or where it does not settle."""
+        or ``bare``, without a static curve. ``fit`` where that moves nothing or where it does not
+        settle."""
         picks = []
         for name, number in fit.picks:
             if name in moved:
@@ -495,7 +528,8 @@ class Channel:
             picks.append((name, number))
         if tuple(picks) == fit.picks:
             return fit
-        begun, kept = replace(fit, picks=tuple(picks)), frozenset(dict(picks))
+        static = None if bare else fit.static
+        begun, kept = replace(fit, picks=tuple(picks), static=static), frozenset(dict(picks))
         made = self._upon_each_other_from([begun], kept)
         return min(made, key=self.price, default=fit)
 
@@ -769,6 +803,8 @@ class Channel:
         if (WALK, 0) in fit.picks:
             # The likelihood of its innovations, whose variance is larger than the noise's.
             left -= self.samples * float(np.log1p(-self.gain))
+            # A curve of what was read says of the noise what the noise itself has moved.
+            left = max(left, 0.0)
         return left
 
     def price(self, fit: Fit) -> float:
@@ -964,6 +1000,12 @@ class Channel:
             for name in sorted(others.keys() & self._elsewhere_said.keys()):
                 begun = {**others, name: self._elsewhere_said[name]}
                 made.append(self._beside(last, begun, 0, held, hopeless=hopeless))
+        if names in self._stood and not held:
+            stood = self._stood[names]
+            static = 0 if stood.static is None else len(stood.static)
+            for last in sorted(names):
+                rest = {name: number for name, number in stood.picks if name != last}
+                made.append(self._beside(last, rest, static, hopeless=hopeless))
         return min(made, key=self.price)
 
     def _hopeless(self) -> float:

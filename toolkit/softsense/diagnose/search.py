@@ -29,13 +29,14 @@ from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 
 # Pairs begin with the most promising single effects, those that cost no more than so many times the
-# cheapest, and fewer at a close look; triples, which are only looked at closely, with the best
-# pairs.
+# cheapest, and fewer at a close look, for which so many pairs are chosen, and so many without a
+# walk; triples, which are only looked at closely, begin with the best pairs.
 BEAM = 5
 LIKELY = 8.0
 PROMISING = 3.0
 SHORT_BEAM = 2
 ZOOMED = 6
+ZOOMED_NAMED = 3
 ZOOMED_OF_LONG = 1
 COMPOSED = 8
 COMPOSED_WALKS = 3
@@ -122,6 +123,8 @@ COSTS_MORE = 1.05
 SCALES = frozenset({"adc_nonlinearity", "crosstalk", "gain"})
 LITTLE = 0.006
 RIGHT = 0.2
+# Whose curves over the codes may be nearly the same.
+ALIKE = SCALES | RAILS
 
 
 @dataclass(frozen=True, eq=False)  # one that is made again is another one
@@ -290,25 +293,23 @@ def search(
     coarse = _models(channels, names, LIKELY, most=2)
     if not coarse[0].names:
         return coarse
-    most = ZOOMED_OF_LONG if channels[0].long else ZOOMED
-    together = [made for made in coarse if len(made.names) == 2][:most]
-    together = _may_pay(channels, together, coarse[0].price)
+    together = _zoomed(channels, coarse)
     beside = {name for made in together for name in made.names}
     near = [made for made in coarse if len(made.names) == 1] + together
 
     # What does not pay on the coarse grid may pay on the fine one.
-    chosen = [
-        {
-            pick
+    stood = [
+        [
+            fit
             for m in near
             for fit in (
                 m.fits[c],
                 channels[c].best(m.names - moving(), channels[c].held(m.fits[c])),
             )
-            for pick in fit.picks
-        }
+        ]
         for c in range(len(channels))
     ]
+    chosen = [{pick for fit in own for pick in fit.picks} for own in stood]
     # What happened at one time on most channels is looked for there on all, and so is the motion.
     votes = Counter(pick for picks in chosen for pick in sorted(picks) if pick[0] == "step")
     common = {pick for pick, count in votes.most_common(1)}
@@ -338,7 +339,7 @@ def search(
     known: dict[str, Entry] = {}
 
     def zoom(number: int) -> None:
-        channels[number].zoom(chosen[number], beside, known, fitted[number])
+        channels[number].zoom(chosen[number], beside, known, fitted[number], stood[number])
 
     if channels[0].long:
         # Where the gap is largest says how the strain moved.
@@ -386,11 +387,24 @@ def search(
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     found = [after for _, after in done]
     found += _without_curves(channels, found)
+    found += _instead(channels, by_price([*fine, *found]), names)
     found += _upon_best(channels, by_price([*fine, *found]), names)
     found += _upon_motion(channels, by_price([*fine, *found]), names)
     found += _moved_alike(channels, by_price([*fine, *found]))
     last = [weighed(channels, made) for made in [*untouched, *found]]
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
+
+
+def _zoomed(channels: Sequence[Channel], coarse: Sequence[Model]) -> list[Model]:
+    """The pairs of the ``coarse`` grids that are looked at closely; also some without a walk, which
+    says all that is slow however coarse they are."""
+    pairs = [made for made in coarse if len(made.names) == 2]
+    if channels[0].long:
+        several = pairs[:ZOOMED_OF_LONG]
+    else:
+        named = [made for made in pairs if WALK not in made.names]
+        several = by_price([*pairs[:ZOOMED], *named[:ZOOMED_NAMED]])
+    return _may_pay(channels, several, coarse[0].price)
 
 
 def _said_elsewhere(channels: Sequence[Channel], names: Sequence[str]) -> list[dict[str, Entry]]:
@@ -516,9 +530,17 @@ def _little_more(channels: Sequence[Channel], best: Model, fewer: Model) -> bool
         return False
     named = [{name for name, _ in fit.picks} for fit in best.fits]
     there = [n for n, own in enumerate(named) if own & more]
+    if any(_curve(fewer.fits[n]) and not _curve(best.fits[n]) for n in there):
+        # A curve for which nothing is named stands for it.
+        return False
     cheap = fewer.price < best.price + LITTLE * sum(channels[n].excess for n in there)
     nearly = any(channels[n].left(best.fits[n]) > RIGHT * channels[n].samples for n in there)
     return cheap and nearly and not any(own and own <= more for own in named)
+
+
+def _curve(fit: Fit) -> bool:
+    """Whether a fit has a whole static curve."""
+    return fit.static is not None and len(fit.static) > 1
 
 
 def _for_one_each(channels: Sequence[Channel]) -> float:
@@ -577,6 +599,25 @@ def _without_curves(channels: Sequence[Channel], models: Sequence[Model]) -> lis
     each = list(zip(channels, least.fits, strict=True))
     fits = all_at_once(lambda one: one[0].without_curve(one[1]), each)
     return [leaner(channels, priced(channels, tuple(fits)))]
+
+
+def _instead(
+    channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
+) -> list[Model]:
+    """The best of several effects without a walk, with each other scale or rail in place of the one
+    that it has: side by side with what these act upon, they may say little."""
+    best = next(made for made in models if WALK not in made.names)
+    own = best.names & ALIKE
+    if channels[0].long or len(own) != 1 or len(best.names) < 2:
+        return []
+    (old,) = own
+
+    def instead(new: str) -> Model:
+        each = list(zip(channels, best.fits, strict=True))
+        fits = all_at_once(lambda one: one[0].instead(one[1], old, new), each)
+        return leaner(channels, priced(channels, tuple(fits)))
+
+    return [instead(new) for new in sorted((ALIKE - own) & set(names))]
 
 
 def _upon_best(
@@ -728,8 +769,8 @@ def _fitted(channels: Sequence[Channel], made: Model, stage: int) -> Model:
         entries = moved.refined(channels, begun, stage)
         if entries is None:
             break
-        each = list(zip(channels, begun, entries, strict=True))
-        fits = all_at_once(lambda one: one[0].with_motion(one[1], one[2]), each)
+        each = list(zip(channels, made.fits, entries, strict=True))
+        fits = all_at_once(lambda one: one[0].with_motion(one[1], one[2], bool(stage)), each)
         other = priced(channels, tuple(fits))
         gained = made.price - other.price
         # What there is besides must say more than what a fit that is not quite there leaves.
