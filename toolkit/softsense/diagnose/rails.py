@@ -12,11 +12,9 @@ from dataclasses import replace
 
 from softsense.diagnose.channel import RAIL, WALK, Channel
 from softsense.diagnose.design import Fit
-from softsense.diagnose.search import Model
+from softsense.diagnose.search import CURVE, Model
 from softsense.effects import AS_CURVE, altered
 from softsense.effects.saturation import is_rail
-
-CURVE = "adc_nonlinearity"
 
 
 def railed(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:

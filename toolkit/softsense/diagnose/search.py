@@ -123,7 +123,8 @@ COSTS_MORE = 1.05
 SCALES = frozenset({"adc_nonlinearity", "crosstalk", "gain"})
 LITTLE = 0.006
 RIGHT = 0.2
-# Whose curves over the codes may be nearly the same.
+# What acts on codes as they are, of which the first says something beside anything.
+CURVE = "adc_nonlinearity"
 ALIKE = SCALES | RAILS
 
 
@@ -604,8 +605,8 @@ def _without_curves(channels: Sequence[Channel], models: Sequence[Model]) -> lis
 def _instead(
     channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
 ) -> list[Model]:
-    """The best of several effects without a walk, with each other scale or rail in place of the one
-    that it has: side by side with what these act upon, they may say little."""
+    """The best of several effects without a walk, with each other scale or rail, but no curve, in
+    place of the one that it has: side by side with what these act upon, they may say little."""
     best = next(made for made in models if WALK not in made.names)
     own = best.names & ALIKE
     if channels[0].long or len(own) != 1 or len(best.names) < 2:
@@ -617,7 +618,7 @@ def _instead(
         fits = all_at_once(lambda one: one[0].instead(one[1], old, new), each)
         return leaner(channels, priced(channels, tuple(fits)))
 
-    return [instead(new) for new in sorted((ALIKE - own) & set(names))]
+    return [instead(new) for new in sorted((ALIKE - own - {CURVE}) & set(names))]
 
 
 def _upon_best(
