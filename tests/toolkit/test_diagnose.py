@@ -2856,7 +2856,7 @@ def test_of_a_long_recording_what_leaves_far_more_is_not_looked_at_closely(monke
     def looked_at(beside: tuple[str, ...]) -> int:
         made = first_channel(x, codes, gap, ["step", "drift"])
         assert made.long
-        made.zoom((), beside, {}, {})
+        made.zoom((), beside, {}, {}, ())
         assert len(made.entries["step"]) > 1
         return len(made.entries["drift"])
 

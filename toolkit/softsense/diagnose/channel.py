@@ -1059,6 +1059,7 @@ class Channel:
                 break
             refused |= {pick for pick in fit.picks if pick[0] in wrong}
             refused |= {o for pick in fit.picks if pick[0] in cancelling for o in self._alike(pick)}
+            refused |= {o for pick in fit.picks if pick[0] in wrong for o in self._sooner(pick)}
             free = {n: k for n, k in others.items() if n not in wrong}
             fit = self._beside(last, free, static, held, wrong, refused)
             made.append(fit)
@@ -1073,6 +1074,21 @@ class Channel:
             for k, entry in enumerate(self.entries[name])
             if entry.candidate.parallel and entry.candidate.form == form
         ]
+
+    def _sooner(self, pick: Pick) -> list[Pick]:
+        """Of a candidate with several weights, none of which may be negative, those that differ in
+        their time constants only: one of theirs is as well."""
+        name, number = pick
+        entry = self.entries[name][number]
+        if not entry.candidate.positive or entry.width < 2:
+            return []
+
+        def beside(candidate: Candidate) -> tuple[str, dict[str, float]]:
+            return candidate.form, {k: v for k, v in candidate.values.items() if k != "tau_s"}
+
+        own = beside(entry.candidate)
+        every = enumerate(self.entries[name])
+        return [(name, k) for k, other in every if beside(other.candidate) == own]
 
     def _beside(
         self,
