@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -177,9 +177,13 @@ def _absorbed(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
     would = nominal.codes[before][:, None]
     apart = float(nominal.reference.rest[before] - nominal.reference.rest[nominal.channel])
 
+    @cache
+    def back(tau_s: float) -> Floats:
+        late: Floats = low_pass(would, nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep]
+        return late
+
     def kept(tau_s: float, zero: float) -> Floats:
-        late = low_pass(would, nominal.dt_s, np.array([tau_s]), None)[0]
-        both = np.concatenate([would, late], axis=1)[nominal.keep]
+        both = np.concatenate([would[nominal.keep], back(tau_s)], axis=1)
         return np.asarray(both - nominal.u[nominal.keep, None] - zero)
 
     return [
