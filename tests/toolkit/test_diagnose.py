@@ -618,6 +618,7 @@ def test_crosstalk_of_a_capacitor_whose_dielectric_gives_back() -> None:
     late, made = filtered(codes, 1.5), codes.copy()
     made[:, 2] += 0.02 * (codes[:, 1] - codes[:, 2]) + 0.04 * (late[:, 1] - codes[:, 2])
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.traces[0].form == "absorbing"
     assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("crosstalk", ["s3"])]
     assert result.data["after"]["shrink"] > 0.99
 

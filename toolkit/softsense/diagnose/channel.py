@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Container, Hashable, Iterable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 
@@ -39,7 +39,6 @@ from softsense.effects import (
 Floats = NDArray[np.float64]
 # What moves the strain, which all channels have in common.
 Held = tuple[Pick, ...]
-Moved = Callable[[], Floats] | None
 Names = frozenset[str]
 NOBODY: Names = frozenset()
 
@@ -425,7 +424,7 @@ class Channel:
                 made += self._upon_said(name, names, self.held(fit))
             others = [pick for pick in fit.picks if pick[0] not in RAILS]
             if RAIL in names and WALK not in names and others:
-                made += self._with(self.bare(others), RAIL, NOBODY)
+                made += self._with_best(self.bare(others), RAIL, NOBODY)
         return min([*made, *self._upon_each_other_from(begun)], key=self.price)
 
     def _upon_said(self, name: str, names: Names, held: Held) -> list[Fit]:
@@ -434,7 +433,7 @@ class Channel:
         said, kept = (name, self._elsewhere_said[name]), frozenset({name})
         rest = names - {name, *dict(held)}
         made = self._upon_each_other_from([self.best(rest, (*held, said))], kept)
-        return made + (self._with(self.bare([said]), RAIL, kept) if rest == RAILS else [])
+        return made + (self._with_best(self.bare([said]), RAIL, kept) if rest == RAILS else [])
 
     def instead(self, fit: Fit, old: str, new: str) -> Fit:
         """``fit``, or where it has the effect ``old`` the cheapest with ``new`` in its place, upon
@@ -444,22 +443,21 @@ class Channel:
             return fit
         if not rest:
             return self.best(frozenset({new}))
-        made = self._with(self._part(fit, rest), new, NOBODY)
+        made = self._with_best(self._part(fit, rest), new, NOBODY)
         return min([self.without(fit, old), *made], key=self.price)
 
     def _part(self, fit: Fit, picks: Sequence[Pick]) -> Fit:
-        """What these ``picks`` do in a fit of several."""
+        """What these ``picks`` of a fit do in it."""
         weights = [
             own - self.entries[name][number].candidate.fixed
             for (name, number), own in self.weighted(fit)
             if (name, number) in picks
         ]
-        return Fit(tuple(picks), fit.errors, np.concatenate(weights), None)
+        return Fit(tuple(picks), fit.errors, np.concatenate([np.zeros(0), *weights]), None)
 
-    def _with(self, first: Fit, name: str, kept: Names) -> list[Fit]:
+    def _with_best(self, first: Fit, name: str, kept: Names) -> list[Fit]:
         """What some rounds come to from ``first`` and the best of an effect upon what that does."""
-        moved = [entry.candidate.moved for entry in self.motion_of(first).values()]
-        trial = self._upon_change(self.predicted(first), moved[-1] if moved else None, [name])
+        trial = self._under(first, [name])
         upon = trial.best(frozenset({name}))
         if not upon.picks:
             return []
@@ -517,9 +515,9 @@ class Channel:
         return rest
 
     def with_motion(self, fit: Fit, moved: Mapping[str, Entry], bare: bool = False) -> Fit:
-        """The same where these entries are what moves the strain, and the others what they were;
-        or ``bare``, without a static curve. ``fit`` where that moves nothing or where it does not
-        settle."""
+        """The same where these entries are what moves the strain, and the others what they were,
+        begun without a static curve where ``bare``; ``fit`` where that moves nothing or where it
+        does not settle."""
         picks = []
         for name, number in fit.picks:
             if name in moved:
@@ -539,7 +537,7 @@ class Channel:
         if len(fit.picks) < 2:
             return fit
         begun = [fit]
-        if fit.static is not None and len(fit.static) == 1:
+        if fit.static_columns == 1:
             # An offset that one candidate needs hides that another needs none.
             begun.append(replace(fit, static=None))
         return min([fit, *self._upon_each_other_from(begun)], key=self.price)
@@ -547,7 +545,7 @@ class Channel:
     def without_curve(self, fit: Fit) -> Fit:
         """``fit``, or a cheaper one of effects that act on each other without a static curve, which
         stood for what they do."""
-        if fit.static is None or len(fit.static) == 1 or not on_each_other(fit.picks):
+        if fit.static_columns < 2 or not on_each_other(fit.picks):
             return fit
         picks = tuple((name, self._uncalibrated(name, number)) for name, number in fit.picks)
         kept = frozenset(name for name, _ in set(picks) - set(fit.picks))
@@ -585,17 +583,14 @@ class Channel:
     def moved(self, fit: Fit, known: Sequence[str]) -> Channel:
         """The channel as it is under the motion that ``fit`` has, with what that leaves and the
         effects ``known`` upon it."""
-        change, moved = np.zeros(len(self.nominal.u)), None
-        for (name, number), weights in self.weighted(fit):
-            if all_effects()[name].stage == MOTION:
-                change += self.columns((name, number)) @ weights
-                moved = self.entries[name][number].candidate.moved
-        return self._upon_change(change, moved, known)
+        return self._under(self._part(fit, self.held(fit)), known)
 
-    def _upon_change(self, change: Floats, moved: Moved, known: Sequence[str]) -> Channel:
-        """The channel with what a ``change`` (samples,) leaves, and the effects ``known`` upon
-        it."""
-        nominal = self.nominal.acting_on(self.nominal.u + change, moved)
+    def _under(self, first: Fit, known: Sequence[str]) -> Channel:
+        """The channel under all that ``first`` does, with what that leaves and the effects
+        ``known`` upon it."""
+        change = self.predicted(first)
+        moved = [entry.candidate.moved for entry in self.motion_of(first).values()]
+        nominal = self.nominal.acting_on(self.nominal.u + change, moved[-1] if moved else None)
         history = history_basis(nominal.strain, nominal.dt_s)
         left = self.residual - change
         return Channel(nominal, left, self.sigma, self.static, known, *self._of_simulation, history)
@@ -688,7 +683,7 @@ class Channel:
         entries from now on."""
         trial = self._upon_each_other(ordered, fit, kept, anew)
         picks = {name: 0 for name, _ in ordered}
-        static = 0 if fit.static is None else len(fit.static)
+        static = fit.static_columns
         several = [name for name in picks if len(trial.entries.get(name, ())) > 1]
         refused: set[Pick] = set()
         for _ in range(REFUSED):
@@ -838,7 +833,7 @@ class Channel:
         price += PARAMETER_PRICE * guarded * more
         if any(candidate.pliable for candidate in candidates):
             price += self._share_price(PLIABLE_SHARE, fit)
-        if fit.static is not None and len(fit.static) == 1:
+        if fit.static_columns == 1:
             price += OFFSET_PRICE * guarded + self._share_price(OFFSET_SHARE, fit)
         elif self._own_curve(fit):
             price += CURVED_PRICE * guarded + self._share_price(CURVED_SHARE, fit)
@@ -1002,7 +997,7 @@ class Channel:
                 made.append(self._beside(last, begun, 0, held, hopeless=hopeless))
         if names in self._stood and not held:
             stood = self._stood[names]
-            static = 0 if stood.static is None else len(stood.static)
+            static = stood.static_columns
             for last in sorted(names):
                 rest = {name: number for name, number in stood.picks if name != last}
                 made.append(self._beside(last, rest, static, hopeless=hopeless))
@@ -1032,7 +1027,7 @@ class Channel:
         free = [name for name, _ in fit.picks if name not in dict(held)]
         if len(free) < 2 or (WALK, 0) in fit.picks:
             return fit
-        made, statics = [fit], {0, 0 if fit.static is None else len(fit.static)}
+        made, statics = [fit], {0, fit.static_columns}
         for name in free:
             rest = {n: k for n, k in fit.picks if n != name}
             for static in statics:
@@ -1059,7 +1054,9 @@ class Channel:
                 break
             refused |= {pick for pick in fit.picks if pick[0] in wrong}
             refused |= {o for pick in fit.picks if pick[0] in cancelling for o in self._alike(pick)}
-            refused |= {o for pick in fit.picks if pick[0] in wrong for o in self._sooner(pick)}
+            refused |= {
+                o for pick in fit.picks if pick[0] in wrong for o in self._at_other_times(pick)
+            }
             free = {n: k for n, k in others.items() if n not in wrong}
             fit = self._beside(last, free, static, held, wrong, refused)
             made.append(fit)
@@ -1075,7 +1072,7 @@ class Channel:
             if entry.candidate.parallel and entry.candidate.form == form
         ]
 
-    def _sooner(self, pick: Pick) -> list[Pick]:
+    def _at_other_times(self, pick: Pick) -> list[Pick]:
         """Of a candidate with several weights, none of which may be negative, those that differ in
         their time constants only: one of theirs is as well."""
         name, number = pick
@@ -1245,7 +1242,7 @@ class Channel:
         value = float(chosen.values[key])
         if key in COUNTED:
             return value, value, value
-        static = 0 if fit.static is None else len(fit.static)
+        static = fit.static_columns
         rest = {k: v for k, v in chosen.values.items() if k != key}
         tried: dict[float, float] = {}
         for number, entry in enumerate(self.entries[name]):

@@ -121,7 +121,12 @@ class Fit:
     @property
     def columns(self) -> int:
         """How many weights were fitted."""
-        return len(self.weights) + (0 if self.static is None else len(self.static))
+        return len(self.weights) + self.static_columns
+
+    @property
+    def static_columns(self) -> int:
+        """Of these, those of the static part: none, an offset's, or a curve's."""
+        return 0 if self.static is None else len(self.static)
 
 
 class Group:

@@ -133,7 +133,7 @@ def _by_likelihood(
     for first, (channel, fit) in enumerate(_asked(channels, fits)):
         others = {n: k for n, k in fit.picks if n not in held} | dict(picks_of(channel, held))
         others.pop(name, None)
-        static = 0 if fit.static is None else len(fit.static)
+        static = fit.static_columns
         # Of a nearly exact fit rounding may leave less than nothing.
         each = channel.left_by_each(tuple(others.items()), static, name)
         left = np.log(np.maximum(each, LEAST_LEFT))

@@ -123,7 +123,7 @@ COSTS_MORE = 1.05
 SCALES = frozenset({"adc_nonlinearity", "crosstalk", "gain"})
 LITTLE = 0.006
 RIGHT = 0.2
-# What acts on codes as they are, of which the first says something beside anything.
+# What acts on codes as they are; of that a converter's curve says something beside anything.
 CURVE = "adc_nonlinearity"
 ALIKE = SCALES | RAILS
 
@@ -531,17 +531,12 @@ def _little_more(channels: Sequence[Channel], best: Model, fewer: Model) -> bool
         return False
     named = [{name for name, _ in fit.picks} for fit in best.fits]
     there = [n for n, own in enumerate(named) if own & more]
-    if any(_curve(fewer.fits[n]) and not _curve(best.fits[n]) for n in there):
+    if any(fewer.fits[n].static_columns > 1 >= best.fits[n].static_columns for n in there):
         # A curve for which nothing is named stands for it.
         return False
     cheap = fewer.price < best.price + LITTLE * sum(channels[n].excess for n in there)
     nearly = any(channels[n].left(best.fits[n]) > RIGHT * channels[n].samples for n in there)
     return cheap and nearly and not any(own and own <= more for own in named)
-
-
-def _curve(fit: Fit) -> bool:
-    """Whether a fit has a whole static curve."""
-    return fit.static is not None and len(fit.static) > 1
 
 
 def _for_one_each(channels: Sequence[Channel]) -> float:

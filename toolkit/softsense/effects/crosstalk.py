@@ -148,11 +148,10 @@ def _sides(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
     def leaking(late: int, tau_s: float) -> Floats:
         columns = []
         for other in two:
-            signal = nominal.codes[other] - nominal.reference.rest[other]
-            if other == late:
-                signal = low_pass(signal[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
-            columns.append(signal[nominal.keep])
-        return np.stack(columns, axis=1)
+            signal = (nominal.codes[other] - nominal.reference.rest[other])[:, None]
+            there = _slow(nominal, signal, tau_s) if other == late else signal[nominal.keep]
+            columns.append(there)
+        return np.concatenate(columns, axis=1)
 
     return [
         Candidate(
@@ -177,10 +176,8 @@ def _absorbed(nominal: Nominal, times_s: Sequence[float]) -> list[Candidate]:
     would = nominal.codes[before][:, None]
     apart = float(nominal.reference.rest[before] - nominal.reference.rest[nominal.channel])
 
-    @cache
-    def back(tau_s: float) -> Floats:
-        late: Floats = low_pass(would, nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep]
-        return late
+    # Both zeros ask for it.
+    back = cache(partial(_slow, nominal, would))
 
     def kept(tau_s: float, zero: float) -> Floats:
         both = np.concatenate([would[nominal.keep], back(tau_s)], axis=1)
@@ -210,14 +207,11 @@ def _filtered(
     keep = nominal.keep
     would, really = nominal.codes[other][:, None], nominal.heard[other][:, None]
 
-    def slow(signal: Floats, tau_s: float) -> Floats:
-        return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][keep]
-
     def late(tau_s: float) -> Floats:
-        return slow(would, tau_s) - nominal.u[keep, None]
+        return _slow(nominal, would, tau_s) - nominal.u[keep, None]
 
     def fast(signal: Floats, tau_s: float) -> Floats:
-        return signal[keep] - slow(signal, tau_s)
+        return signal[keep] - _slow(nominal, signal, tau_s)
 
     result = []
     for tau_s in wires_s:
@@ -231,6 +225,11 @@ def _filtered(
             made = partial(fast, signal, tau_s)
             result.append(Candidate(made, values, "coupled", largest=most, positive=True))
     return result
+
+
+def _slow(nominal: Nominal, signal: Floats, tau_s: float) -> Floats:
+    """(kept samples, 1) of a ``signal`` (samples, 1) behind one time constant."""
+    return low_pass(signal, nominal.dt_s, np.array([tau_s]), None)[0][nominal.keep]
 
 
 EFFECT = Effect(
