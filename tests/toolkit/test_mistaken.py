@@ -21,7 +21,7 @@ from softsense.diagnose.wandering import noisy
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from test_diagnose import RATE_HZ, SAMPLES, clean, hide, recorded, sensed
+from made_gaps import RATE_HZ, SAMPLES, clean, hide, recorded, sensed
 
 WALK = "random_walk"
 
