@@ -84,6 +84,34 @@ def test_one_walk_of_many_may_go_in_jumps() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+@pytest.mark.parametrize("seed", [56, 168])
+def test_a_walk_of_many_that_goes_faster_at_times_has_no_step(seed: int) -> None:
+    """Without its largest move it would go like others."""
+    x, codes = clean(46)
+    rng = np.random.default_rng(seed)
+    steps = rng.normal(0.0, 0.4, codes.shape)
+    steps[:, 1] *= np.exp(0.08 * lfilter([1.0], [1.0, -0.995], rng.normal(size=len(x))))
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + np.cumsum(steps, axis=0), 2))
+    assert result.effects == ("random_walk",)
+
+
+@pytest.mark.parametrize("rises", [True, False])
+def test_a_walk_of_a_resistance_behind_a_divider_is_a_walk(rises: bool) -> None:
+    """It heeds the motion as the divider's slope does."""
+    x, _ = clean(46)
+    rng = np.random.default_rng(7)
+    walks = np.cumsum(rng.normal(0.0, 5e-4, (len(x), 3)), axis=0)
+
+    def read(resistance: np.ndarray) -> np.ndarray:
+        share = resistance / (1.0 + resistance)
+        return 4095.0 * (share if rises else 1.0 - share)
+
+    moved = 0.3 + [1.2, 1.6, 0.9] * x[:, None]
+    result = diagnose(recorded(x, read(moved), 1), recorded(x, read(moved + walks), 2))
+    assert result.effects == ("random_walk",)
+    assert not result.data["unexplained"]["unknown_effect"]
+
+
 def test_what_wanders_alike_beside_an_effect_is_no_walk() -> None:
     """It may be what the effect's equation does not say, and so it is no temperature either."""
     x, codes = clean(8)
@@ -804,6 +832,7 @@ def test_what_a_rail_leaves_beside_it_is_no_jump_of_a_walk(off: int, jumps: bool
         nominal=SimpleNamespace(rate=np.ones(SAMPLES)),
         sigma=1.0,
         gain_of=lambda walk: 0.25,
+        wandering=lambda walk: walk,
     )
     made = Model(frozenset({"random_walk", "saturation"}), (None,), 1.0)
     assert bool(vetting._jerky_on([channel], made, 0)) is jumps

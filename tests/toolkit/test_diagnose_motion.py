@@ -321,6 +321,19 @@ def test_fast_moves_of_a_simulation_are_kept_where_the_real_recording_has_them()
     assert kept[0] > kept[1] == kept[2] == kept[3]
 
 
+def test_a_seldom_fast_move_of_a_simulation_is_kept() -> None:
+    """No average of the whole recording is good there, and the rest would look like spikes."""
+    x, codes = clean(56)
+    motion = motion_of(x, 1 / RATE_HZ, 0.0, None)
+    moved = codes.copy()
+    moved[3000:3006] += 60.0 * np.hanning(8)[1:-1, None]
+    sim, real = (recorded(x, moved, k).codes.astype(float) for k in range(2))
+    other = recorded(x, codes, 1).codes.astype(float)
+    there = slice(2998, 3008)
+    assert np.abs(denoise(sim, motion, real)[0] - moved)[there].max() < 8.0
+    assert np.abs(denoise(sim, motion, other)[0] - moved)[there].max() > 20.0
+
+
 def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None:
     x, codes = clean(2, 1500)
     names = frozenset({"backlash", "delay"})

@@ -23,7 +23,18 @@ from softsense.effects import all_effects
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from made_gaps import GAP, RATE_HZ, SAMPLES, clean, first_channel, fit_with, hide, recorded, sensed
+from made_gaps import (
+    GAP,
+    RATE_HZ,
+    SAMPLES,
+    clean,
+    filtered,
+    first_channel,
+    fit_with,
+    hide,
+    recorded,
+    sensed,
+)
 
 
 @pytest.mark.parametrize(
@@ -154,6 +165,28 @@ def test_an_effect_more_must_leave_less() -> None:
     assert by_price(_fewest_first(channels, [better, one]))[0].names == two.names
     cheaper = replace(two, price=7.7)
     assert by_price(_fewest_first(channels, [cheaper, one]))[0].names == two.names
+
+
+def test_a_walk_alone_is_as_good_where_an_effect_beside_it_leaves_more() -> None:
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=50.0, samples=1.0)] * 2
+    walk = fit_with("random_walk", 0.1)
+    alone = Model(frozenset({"random_walk"}), (walk, walk), 8.3)
+    for left, names in ((0.2, 1), (0.05, 2)):
+        fits = walk, fit_with("relaxation", left)
+        both = Model(frozenset({"random_walk", "relaxation"}), fits, 8.0)
+        assert len(by_price(_fewest_first(channels, [both, alone]))[0].names) == names
+
+
+def test_a_round_that_was_made_is_not_made_again(monkeypatch) -> None:
+    """Models of more effects than a channel has ask for the same."""
+    x, codes = clean(3, 1500)
+    gap = 40.0 * x**2 + 30.0 * (filtered(codes, 0.3) - codes)[:, 0]
+    channel = first_channel(x, codes, gap, ["gain", "lag"])
+    fit = channel.best(frozenset({"gain", "lag"}))
+    assert len(fit.picks) == 2
+    first = channel.composed(fit, frozenset({"gain", "lag"}))
+    monkeypatch.setattr(Channel, "_upon_each_other", None)
+    assert channel.composed(fit, frozenset({"gain", "lag"})) is first
 
 
 def test_what_is_offered_before_is_offered_again() -> None:

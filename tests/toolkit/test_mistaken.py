@@ -78,6 +78,7 @@ def test_what_the_motion_tells_of_walks_is_an_effects(monkeypatch) -> None:
 def test_what_heeds_the_motion_does_so_with_a_step(monkeypatch) -> None:
     channel = SimpleNamespace(nominal=SimpleNamespace(channel=0, rate=np.zeros(9)))
     monkeypatch.setattr(vetting, "walks_of", lambda channels, made: [(channel, np.zeros(9))])
+    monkeypatch.setattr(vetting, "_jerky", lambda channels, made: True)
     monkeypatch.setattr(vetting, "_jerky_on", lambda channels, made, number: True)
     monkeypatch.setattr(vetting.wandering, "moved_by", lambda walk, speed: True)
     assert vetting._jumped([channel], Model(frozenset({WALK}), (None,), 1.0)) == []
@@ -171,3 +172,19 @@ def test_damage_that_follows_a_larger_strain_slowly_is_softening() -> None:
     assert result.effects == ("softening",)
     assert result.data["unexplained"]["share"] < 5e-3
     assert all(1.0 <= trace.values["after_s"] <= 4.0 for trace in result.traces)
+
+
+@pytest.mark.parametrize(("any_strain", "said"), [(4.0, {"delay", WALK}), (0.5, {"delay"})])
+def test_walks_beside_a_motion_are_what_no_strain_says(monkeypatch, any_strain, said) -> None:
+    """Any strain takes some of them, as it is another one in every sample."""
+    models = [of(f"delay+{WALK}", 1.0), of("delay", 2.0)]
+    monkeypatch.setattr(vetting, "_beside_noise", lambda channels, models: None)
+    monkeypatch.setattr(vetting, "_beside_walks", lambda channels, models, named, motion: models[0])
+    monkeypatch.setattr(vetting, "_by_sign", lambda channels, models: list(models))
+    monkeypatch.setattr(vetting, "_jerky", lambda channels, made: False)
+    monkeypatch.setattr(vetting, "_is_none", lambda channels, made, named, motion: False)
+    monkeypatch.setattr(vetting, "left_share", lambda channels, made: 0.05)
+    monkeypatch.setattr(vetting, "_moving_alone", lambda channels: [])
+    strain = SimpleNamespace(left=any_strain, gap=100.0)
+    channels = [SimpleNamespace(long=False)]
+    assert vetting.vetted(channels, models, None, strain).models[0].names == said

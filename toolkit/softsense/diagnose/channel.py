@@ -25,6 +25,7 @@ from softsense.diagnose.design import (
 )
 from softsense.diagnose.nominal import history_basis, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
+from softsense.diagnose.wandering import behind_divider
 from softsense.effects import (
     CALIBRATED,
     EXACTLY,
@@ -181,7 +182,12 @@ class Channel:
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self.weight_price = WEIGHT_PRICE + WEIGHT_SHARE * self.excess
-        self.gain = likely_gain(residual[self._thin], sigma)
+        # Of a walk of the resistance a divider lets more through where its slope is steep.
+        self.felt: Floats | None = None
+        if self.excess >= self.effect_price:
+            signal, speed = nominal.u / nominal.full_scale, np.abs(nominal.rate)
+            self.felt = behind_divider(residual, speed, signal)
+        self.gain = likely_gain(self.wandering(residual)[self._thin], sigma)
         self._of_simulation = own, missed, kept
         self._unchanged: dict[Hashable, list[Entry]] = {}
         bent = np.vander(nominal.share[self._thin], static.shape[1] // 2)
@@ -202,8 +208,19 @@ class Channel:
         thinned = self.static[self._thin]
         rows = np.stack([residual[self._thin], np.ones(len(thinned)), *thinned.T])
         self._base = Base(rows, None, self._together)
-        self._beside_walk = Base(rows, self.gain, self._together)
+        self._beside_walk = self._innovations_of(rows)
         self._take(found)
+
+    def wandering(self, walk: Floats) -> Floats:
+        """(samples, …) what wanders where ``walk`` (samples, …) of it shows in the codes."""
+        if self.felt is None:
+            return walk
+        felt = self.searched(self.felt) if len(walk) == self.samples else self.felt
+        return (walk.T / felt).T
+
+    def _innovations_of(self, rows: Floats) -> Base:
+        felt = None if self.felt is None else self.felt[self._thin]
+        return Base(rows, self.gain, self._together, felt)
 
     def _offered(
         self, nominal: Nominal, name: str, near: Mapping[str, float] | None, place: str = ""
@@ -239,7 +256,8 @@ class Channel:
 
     def _first_gain(self, history: Floats) -> float:
         """The gain of a walk beside whatever the motion's history tells (see ``walk``)."""
-        residual, gain = self.residual[self._thin], self.gain
+        residual, gain = self.wandering(self.residual)[self._thin], self.gain
+        history = self.wandering(history)
         for _ in range(2):
             basis = innovations(history, gain)
             weights = np.linalg.lstsq(basis, innovations(residual[:, None], gain)[:, 0])[0]
@@ -260,7 +278,7 @@ class Channel:
         left = self.residual[self._thin].copy()
         for (name, number), weights in self.weighted(best):
             left -= self.entries[name][number].said(weights)
-        return likely_gain(left, self.sigma)
+        return likely_gain(self.wandering(left), self.sigma)
 
     def _entry(
         self, candidate: Candidate, number: int, near: Mapping[str, float] | None, place: str
@@ -304,7 +322,7 @@ class Channel:
         self.design = Design(self._base, self.groups)
         # How effects show beside a walk: what the past does not foresee of them.
         if self._beside_walk.gain != self.gain:
-            self._beside_walk = Base(self._base.rows, self.gain, self._together)
+            self._beside_walk = self._innovations_of(self._base.rows)
         self.walking = Design(self._beside_walk, self.groups)
         self._fits: dict[tuple[tuple[Pick, ...], int], Fit] = {}
         self._prices: dict[int, tuple[Fit, float]] = {}
@@ -317,6 +335,7 @@ class Channel:
         self._within: dict[tuple[frozenset[str], Held], Fit] = {}
         self._elsewhere_said: dict[str, int] = {}
         self._stood: dict[Names, Fit] = {}
+        self._rounds: dict[Hashable, Fit] = {}
 
     def zoom(
         self,
@@ -681,6 +700,13 @@ class Channel:
     ) -> Fit:
         """The fit of one more round (see ``_upon_each_other``); its candidates are among the
         entries from now on."""
+        # Models of more effects than a channel has ask for the same again.
+        asked = (*ordered,), fit.picks, fit.weights.tobytes(), fit.static_columns, kept, anew
+        if asked not in self._rounds:
+            self._rounds[asked] = self._one_more_round(ordered, fit, kept, anew)
+        return self._rounds[asked]
+
+    def _one_more_round(self, ordered: Sequence[Pick], fit: Fit, kept: Names, anew: Names) -> Fit:
         trial = self._upon_each_other(ordered, fit, kept, anew)
         picks = {name: 0 for name, _ in ordered}
         static = fit.static_columns

@@ -148,12 +148,18 @@ class Group:
 class Base:
     """What stands before all effects, laid out once for every table of a channel."""
 
-    def __init__(self, rows: Floats, gain: float | None = None, together: int = 1) -> None:
+    def __init__(
+        self,
+        rows: Floats,
+        gain: float | None = None,
+        together: int = 1,
+        felt: Floats | None = None,
+    ) -> None:
         """``rows``: columns, each a row (…, samples), first the residual. ``gain``: of a walk,
-        whose innovations all columns are. ``together``: so many samples make one where candidates
-        are chosen."""
+        whose innovations all columns are, of which so much is ``felt`` (samples,). ``together``: so
+        many samples make one where candidates are chosen."""
         self.rows: Floats = np.ascontiguousarray(rows)
-        self.gain, self.together = gain, together
+        self.gain, self.together, self.felt = gain, together, felt
         self.whole = self.unforeseen(self.rows)
         self.chosen_by = -(-rows.shape[1] // together)
         self.laid = np.empty((len(rows), self.chosen_by), dtype=np.float32)
@@ -167,7 +173,9 @@ class Base:
 
     def unforeseen(self, rows: NDArray[Any]) -> NDArray[Any]:
         """(n, samples) as they are, or beside a walk what their past does not foresee."""
-        return rows if self.gain is None else innovations(rows.T, self.gain).T
+        if self.gain is None:
+            return rows
+        return innovations((rows if self.felt is None else rows / self.felt).T, self.gain).T
 
     def lay(self, row: NDArray[Any], out: NDArray[np.float32], keeps: bool = False) -> float:
         """Write a column of size 1, or as it is where it ``keeps`` it, into ``out``; its size."""

@@ -29,6 +29,9 @@ AVERAGES = [np.hanning(n + 2)[1:-1] / np.hanning(n + 2).sum() for n in (13, 9, 7
 BETTER = 0.97
 # And what it keeps besides must be in the real recording to this share, or it is only noise.
 SHARED = 0.8
+# Over so many samples a seldom fast move shows, by so many times the noise.
+AT_ONCE = np.full(5, 1.0 / 5.0)
+FAR = 9.0
 # Of so many strains what all channels say of them is kept, where few samples are asked for.
 STRAINS_KEPT = 256
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
@@ -261,8 +264,17 @@ def denoise(codes: Floats, motion: Motion, real: Floats | None = None) -> tuple[
             error, more = _foretold(left, other, average), other - averaged
             if error < least and float(rest @ more) > SHARED * float(more @ more):
                 own, least, kept[channel] = other, error, float((average**2).sum())
-        smooth[:, channel] += own
+        fast = _fast(left - own, real[:, channel] - smooth[:, channel] - own)
+        smooth[:, channel] += np.where(fast, left, own)
     return smooth, kept
+
+
+def _fast(simulated: Floats, real: Floats) -> NDArray[np.bool_]:
+    """(samples,) where much more than noise is left of the ``simulated`` codes, and of the ``real``
+    ones (both (samples,)) alike: a move that is too fast for any average."""
+    there = np.convolve(simulated**2, AT_ONCE, "same")
+    both = np.convolve(simulated * real, AT_ONCE, "same")
+    return (there > FAR * noise_rms(simulated[:, None]) ** 2) & (both > SHARED * there)
 
 
 def _foretold(signal: Floats, averaged: Floats, average: Floats) -> float:

@@ -511,14 +511,14 @@ def _fewest_first(channels: Sequence[Channel], models: list[Model]) -> list[Mode
     """An effect more must leave less: where fewer that cost little more leave as little, they are
     as good, though each channel may find a cheaper one; or where they leave little more."""
     best, left = models[0], _left(channels, models[0])
-    if WALK in best.names:
-        return models
     fewer = [made for made in models if made.names and made.names < best.names]
+    if WALK in best.names:
+        fewer = [made for made in fewer if made.names == {WALK}]
     good = [
         made
         for made in fewer
         if (_left(channels, made) <= left and made.price < COSTS_MORE * best.price)
-        or _little_more(channels, best, made)
+        or (WALK not in best.names and _little_more(channels, best, made))
     ]
     return [replace(made, price=best.price) for made in good[:1]] + models
 

@@ -62,6 +62,8 @@ ASKED = 100_000
 WORSE = 0.3
 NEARLY = 0.1
 MOST = 0.05
+# Nor does it say walks beside a motion where it leaves this share of what is left without them.
+NO_STRAIN = 0.5
 # What moves the strain is known where it leaves less of the gap. Other effects stand where they do
 # not leave so many times as much as any strain.
 MOVED_LEAVES = 0.1
@@ -133,7 +135,9 @@ def vetted(
     left = left_share(channels, said) * strain.gap
     # What is the same on all channels is such a strain too: an exact equation is not given up.
     worse = -NEARLY if said.names & moving() else WORSE
-    if strain.left > min(left - worse, MOST * strain.gap):
+    # What a motion leaves beside walks, no strain says.
+    wander = WALK in best.names and best.names & moving() and strain.left > NO_STRAIN * left
+    if wander or strain.left > min(left - worse, MOST * strain.gap):
         return Vetted(kept, jerky, False)
     moved = [made for made in kept if made.names <= moving()]
     if left_share(channels, moved[0]) >= (MOVED_LEAVES if channels[0].long else MOVED_RIGHT):
@@ -253,11 +257,14 @@ def _unguarded(channels: Sequence[Channel], best: Model) -> float:
 
 def walks_of(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Floats]]:
     """Channels on which the model sees a walk, and (samples,) what wanders there."""
-    found = []
-    for number in best.channels_of(WALK):
-        channel = channels[number]
-        found.append((channel, channel.residual - channel.predicted(best.fits[number])))
-    return found
+    return [
+        (channels[number], _walk_on(channels, best, number)) for number in best.channels_of(WALK)
+    ]
+
+
+def _walk_on(channels: Sequence[Channel], best: Model, number: int) -> Floats:
+    channel = channels[number]
+    return channel.wandering(channel.residual - channel.predicted(best.fits[number]))
 
 
 def signed(channels: Sequence[Channel], best: Model) -> bool:
@@ -334,7 +341,7 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
         name: channel.columns((name, entry)) @ weights
         for (name, entry), weights in channel.weighted(fit)
     }
-    walk = channel.residual - channel.predicted(fit)
+    walk = _walk_on(channels, best, number)
     where = np.ones(len(walk), dtype=bool)
     moved = bool(best.names & moving())
     speed = np.abs(channel.nominal.rate)
@@ -356,6 +363,8 @@ def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
 
     Beside a walk a step is a single move, which no other time foretells, so that it never pays.
     """
+    if not _jerky(channels, walks):
+        return []
     fits, instants = list(walks.fits), []
     for channel, walk in walks_of(channels, walks):
         number = channel.nominal.channel

@@ -38,6 +38,10 @@ PACES = 20
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
 AT_REST, AT_REST_SAMPLES = 0.1, 5
+# What heeds the strain at least so much may be a walk behind a divider, if that leaves half of it:
+# no divider goes closer to its ends, as a share of the converter's range.
+HEEDS, HALF = 3.0, 0.5
+ENDS = 0.02
 # What of the noise in such moves is not known.
 NOISE_LEFT = 0.1
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
@@ -128,6 +132,23 @@ def moved_by(walk: Floats, speed: Floats) -> bool:
         _hurry(walk, speed, HURRIED_SAMPLES) > HURRIED
         or _hurry(walk, speed, AT_REST_SAMPLES) < AT_REST
     )
+
+
+def behind_divider(walk: Floats, speed: Floats, signal: Floats) -> Floats | None:
+    """(samples,) how much of a resistance's ``walk`` a divider lets through, on average 1; None
+    where it does not heed the ``speed`` (samples,), or does so behind any divider.
+
+    The slope of F R / (R + R0) over R, and that of F R0 / (R + R0), at a ``signal`` (samples,) that
+    is a share of F.
+    """
+    heeds = _hurry(walk, speed, HURRIED_SAMPLES)
+    if heeds < HEEDS:
+        return None
+    inside = np.clip(signal, ENDS, 1.0 - ENDS)
+    slopes = [side**2 / np.exp(np.mean(np.log(side**2))) for side in (1.0 - inside, inside)]
+    left = [_hurry(walk / slope, speed, HURRIED_SAMPLES) for slope in slopes]
+    least = int(np.argmin(left))
+    return slopes[least] if left[least] < min(HALF * heeds, HURRIED) else None
 
 
 def _hurry(walk: Floats, speed: Floats, samples: int) -> float:
