@@ -95,16 +95,16 @@ def test_a_walk_of_many_that_goes_faster_at_times_has_no_step(seed: int) -> None
     assert result.effects == ("random_walk",)
 
 
-@pytest.mark.parametrize("rises", [True, False])
-def test_a_walk_of_a_resistance_behind_a_divider_is_a_walk(rises: bool) -> None:
-    """It heeds the motion as the divider's slope does."""
+@pytest.mark.parametrize(("rises", "raised"), [(True, 1.0), (False, 1.0), (False, 1.3)])
+def test_a_walk_of_a_resistance_behind_a_divider_is_a_walk(rises: bool, raised: float) -> None:
+    """It heeds the motion as the divider's slope does, also before an amplifier."""
     x, _ = clean(46)
     rng = np.random.default_rng(7)
     walks = np.cumsum(rng.normal(0.0, 5e-4, (len(x), 3)), axis=0)
 
     def read(resistance: np.ndarray) -> np.ndarray:
         share = resistance / (1.0 + resistance)
-        return 4095.0 * (share if rises else 1.0 - share)
+        return raised * 4095.0 * (share if rises else 1.0 - share) + 4095.0 * (1.0 - raised)
 
     moved = 0.3 + [1.2, 1.6, 0.9] * x[:, None]
     result = diagnose(recorded(x, read(moved), 1), recorded(x, read(moved + walks), 2))

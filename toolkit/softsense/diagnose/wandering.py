@@ -38,10 +38,10 @@ PACES = 20
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
 AT_REST, AT_REST_SAMPLES = 0.1, 5
-# What heeds the strain at least so much may be a walk behind a divider, if that leaves half of it:
-# no divider goes closer to its ends, as a share of the converter's range.
+# What heeds the strain at least so much may be a walk behind a divider, if that leaves half of it;
+# an amplifier may follow, so that a divider's end is so far beyond the converter's, in its ranges.
 HEEDS, HALF = 3.0, 0.5
-ENDS = 0.02
+BEYOND = (0.02, 0.2, 0.5, 1.0)
 # What of the noise in such moves is not known.
 NOISE_LEFT = 0.1
 # The same of its innovations, sample by sample, and their autocorrelation within ``ECHO`` samples.
@@ -139,15 +139,16 @@ def behind_divider(walk: Floats, speed: Floats, signal: Floats) -> Floats | None
     where it does not heed the ``speed`` (samples,), or does so behind any divider.
 
     The slope of F R / (R + R0) over R, and that of F R0 / (R + R0), at a ``signal`` (samples,) that
-    is a share of F.
+    is a share of the converter's range.
     """
     heeds = _hurry(walk, speed, HURRIED_SAMPLES)
     if heeds < HEEDS:
         return None
-    inside = np.clip(signal, ENDS, 1.0 - ENDS)
-    slopes = [side**2 / np.exp(np.mean(np.log(side**2))) for side in (1.0 - inside, inside)]
+    inside = np.clip(signal, 0.0, 1.0)
+    ends = [end + side for end in BEYOND for side in (1.0 - inside, inside)]
+    slopes = [(far / np.exp(np.mean(np.log(far)))) ** 2 for far in ends]
     left = [_hurry(walk / slope, speed, HURRIED_SAMPLES) for slope in slopes]
-    least = int(np.argmin(left))
+    least = int(np.argmin(np.abs(np.log(left))))
     return slopes[least] if left[least] < min(HALF * heeds, HURRIED) else None
 
 
@@ -164,7 +165,7 @@ def _hurry(walk: Floats, speed: Floats, samples: int) -> float:
         return float(square[pace <= low].mean()), float(square[pace >= high].mean())
 
     noises = ends(noise, there)
-    least = NOISE_LEFT * min(noises)
+    least = max(NOISE_LEFT * min(noises), 1e-12)
     slow, fast = np.maximum(np.subtract(ends(moves, along), noises), least).tolist()
     return float(fast / slow)
 
