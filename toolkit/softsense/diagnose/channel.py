@@ -25,7 +25,6 @@ from softsense.diagnose.design import (
 )
 from softsense.diagnose.nominal import history_basis, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
-from softsense.diagnose.wandering import behind_divider
 from softsense.effects import (
     CALIBRATED,
     EXACTLY,
@@ -157,6 +156,7 @@ class Channel:
         kept: float,
         history: Floats,
         earlier: dict[str, list[Entry]] | None = None,
+        felt: Floats | None = None,
     ) -> None:
         """``residual`` (samples,) codes, ``sigma`` its noise, ``static`` (samples, p) a basis.
 
@@ -164,7 +164,8 @@ class Channel:
         is more than noise (its random walks, its spikes), as much is no gap. ``missed``: how much
         of it is no noise; ``kept``: the share of the noise that is in the nominal signal.
         ``history``: the ``history_basis`` of the motion. ``earlier``: what effects have offered to
-        the same residual before, or where none has, what these do now.
+        the same residual before, or where none has, what these do now. ``felt``: (samples,) how
+        much of a walk shows, where that is not the same everywhere.
         """
         square = float(np.mean(residual**2))
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
@@ -182,11 +183,7 @@ class Channel:
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
         self.weight_price = WEIGHT_PRICE + WEIGHT_SHARE * self.excess
-        # Of a walk of the resistance a divider lets more through where its slope is steep.
-        self.felt: Floats | None = None
-        if self.excess >= self.effect_price:
-            signal, speed = nominal.u / nominal.full_scale, np.abs(nominal.rate)
-            self.felt = behind_divider(residual, speed, signal)
+        self.felt = felt
         self.gain = likely_gain(self.wandering(residual)[self._thin], sigma)
         self._of_simulation = own, missed, kept
         self._unchanged: dict[Hashable, list[Entry]] = {}
@@ -612,7 +609,8 @@ class Channel:
         nominal = self.nominal.acting_on(self.nominal.u + change, moved[-1] if moved else None)
         history = history_basis(nominal.strain, nominal.dt_s)
         left = self.residual - change
-        return Channel(nominal, left, self.sigma, self.static, known, *self._of_simulation, history)
+        given = nominal, left, self.sigma, self.static, known, *self._of_simulation, history
+        return Channel(*given, felt=self.felt)
 
     def then(self, fit: Fit, trial: Channel, upon: Fit) -> Fit:
         """The motion of ``fit``, and what ``upon`` has of a ``trial``, the channel under it."""

@@ -39,6 +39,7 @@ from softsense.diagnose.nominal import (
 from softsense.diagnose.rails import railed
 from softsense.diagnose.search import Model, moving, search
 from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted
+from softsense.diagnose.wandering import behind_dividers
 from softsense.effects import Nominal, all_effects, by_channel
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
@@ -464,10 +465,14 @@ def _channels(
     curve = _curve(motion)
     sigma = [_noise(*each) for each in zip(made, noise, np.sqrt(own), strict=True)]
 
+    signals = np.stack([nominal.u / nominal.full_scale for nominal in made])
+    felt = behind_dividers(residual.T, np.array(sigma), np.abs(made[0].rate), signals)
+
     def channel(number: int) -> Channel:
         squares = float(own[number]), float(missed[number]), float(kept[number])
         given = made[number], residual[:, number], sigma[number], curve, known, *squares
-        return Channel(*given, motion.history, earlier[number] if earlier else None)
+        before = earlier[number] if earlier else None
+        return Channel(*given, motion.history, before, felt[number])
 
     return all_at_once(channel, range(len(made)))
 

@@ -38,8 +38,10 @@ PACES = 20
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
 AT_REST, AT_REST_SAMPLES = 0.1, 5
-# What heeds the strain at least so much may be a walk behind a divider, if that leaves half of it;
-# an amplifier may follow, so that a divider's end is so far beyond the converter's, in its ranges.
+# A gap of so many times the noise that heeds the strain so much may be a walk behind a divider, if
+# that leaves half at most. An amplifier may follow, so that a divider's end is so far beyond the
+# converter's, in its ranges.
+GAPING = 1.5
 HEEDS, HALF = 3.0, 0.5
 BEYOND = (0.02, 0.2, 0.5, 1.0)
 # What of the noise in such moves is not known.
@@ -134,22 +136,31 @@ def moved_by(walk: Floats, speed: Floats) -> bool:
     )
 
 
-def behind_divider(walk: Floats, speed: Floats, signal: Floats) -> Floats | None:
-    """(samples,) how much of a resistance's ``walk`` a divider lets through, on average 1; None
-    where it does not heed the ``speed`` (samples,), or does so behind any divider.
+def behind_dividers(
+    gaps: Floats, sigma: Floats, speed: Floats, signals: Floats
+) -> list[Floats | None]:
+    """By channel: (samples,) how much of a resistance's walk a divider lets through, on average 1;
+    None where the walk does not heed the ``speed`` (samples,), and everywhere where one of the
+    ``gaps`` (channels, samples), beyond a noise ``sigma`` (channels,), does so behind any divider:
+    then something else is there.
 
-    The slope of F R / (R + R0) over R, and that of F R0 / (R + R0), at a ``signal`` (samples,) that
-    is a share of the converter's range.
+    The slope of F R / (R + R0) over R, and that of F R0 / (R + R0), at ``signals`` (channels,
+    samples) that are shares of the converter's range.
     """
-    heeds = _hurry(walk, speed, HURRIED_SAMPLES)
-    if heeds < HEEDS:
-        return None
-    inside = np.clip(signal, 0.0, 1.0)
-    ends = [end + side for end in BEYOND for side in (1.0 - inside, inside)]
-    slopes = [(far / np.exp(np.mean(np.log(far)))) ** 2 for far in ends]
-    left = [_hurry(walk / slope, speed, HURRIED_SAMPLES) for slope in slopes]
-    least = int(np.argmin(np.abs(np.log(left))))
-    return slopes[least] if left[least] < min(HALF * heeds, HURRIED) else None
+    result: list[Floats | None] = [None] * len(gaps)
+    for channel in np.flatnonzero(gaps.std(axis=1) > GAPING * sigma):
+        heeds = _hurry(gaps[channel], speed, HURRIED_SAMPLES)
+        if heeds < HEEDS:
+            continue
+        inside = np.clip(signals[channel], 0.0, 1.0)
+        ends = [end + side for end in BEYOND for side in (1.0 - inside, inside)]
+        slopes = [(far / np.exp(np.mean(np.log(far)))) ** 2 for far in ends]
+        left = [_hurry(gaps[channel] / slope, speed, HURRIED_SAMPLES) for slope in slopes]
+        least = int(np.argmin(np.abs(np.log(left))))
+        if left[least] > min(HALF * heeds, HURRIED):
+            return [None] * len(gaps)
+        result[channel] = slopes[least]
+    return result
 
 
 def _hurry(walk: Floats, speed: Floats, samples: int) -> float:
