@@ -212,11 +212,12 @@ class Channel:
         """(samples, …) what wanders where ``walk`` (samples, …) of it shows in the codes."""
         if self.felt is None:
             return walk
-        felt = self.searched(self.felt) if len(walk) == self.samples else self.felt
+        felt = self.felt if len(walk) == len(self.felt) else self.searched(self.felt)
         return (walk.T / felt).T
 
     def _innovations_of(self, rows: Floats) -> Base:
-        felt = None if self.felt is None else self.felt[self._thin]
+        """``rows`` (n, searched samples) as they show beside a walk."""
+        felt = None if self.felt is None else self.searched(self.felt)
         return Base(rows, self.gain, self._together, felt)
 
     def _offered(

@@ -509,7 +509,8 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
 
 def _fewest_first(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     """An effect more must leave less: where fewer that cost little more leave as little, they are
-    as good, though each channel may find a cheaper one; or where they leave little more."""
+    as good, though each channel may find a cheaper one; or where they leave little more. Of what
+    has a walk and others, only the walk alone is."""
     best, left = models[0], _left(channels, models[0])
     fewer = [made for made in models if made.names and made.names < best.names]
     if WALK in best.names:

@@ -263,6 +263,7 @@ def walks_of(channels: Sequence[Channel], best: Model) -> list[tuple[Channel, Fl
 
 
 def _walk_on(channels: Sequence[Channel], best: Model, number: int) -> Floats:
+    """(samples,) what wanders on the channel of this ``number``."""
     channel = channels[number]
     return channel.wandering(channel.residual - channel.predicted(best.fits[number]))
 
