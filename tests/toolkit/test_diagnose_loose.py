@@ -497,6 +497,56 @@ def test_spikes_with_a_tail_are_spikes() -> None:
     assert np.convolve(rest, np.ones(8) / 8.0, "same").std() < 0.7
 
 
+@pytest.mark.parametrize(
+    ("share", "size"),
+    [
+        # So many that they and what is beside them are more samples than a tone that is on has.
+        (0.022, 250.0),
+        # So large that what is beside them is half as far off as a spike is, and they not so large
+        # that it counts as one.
+        (0.02, 29.0),
+    ],
+)
+def test_many_sharp_spikes_are_spikes(share: float, size: float) -> None:
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(7)
+    struck = (rng.random(len(codes)) < share) * rng.choice([-1.0, 1.0], len(codes))
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += struck * size * rng.uniform(0.95, 1.05, len(codes))
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = findings(left, left, rng.normal(size=codes.shape), motion, False)
+    assert (found.name, found.channels) == ("spikes", (1,))
+    assert cleaned(left, [found], motion)[:, 1].std() < 1.1
+
+
+def test_a_spike_that_begins_between_samples_leaves_no_tail() -> None:
+    """Its second sample is not what the first one foretells."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(2)
+    struck = (rng.random(len(codes)) < 0.012) * rng.choice([-1.0, 1.0], len(codes))
+    struck *= rng.uniform(80.0, 250.0, len(codes))
+    left = rng.normal(size=codes.shape)
+    left[:, 1] += lfilter([1.0], [1.0, -0.64], struck)
+    left[:, 1] += struck * rng.uniform(-0.15, 0.15, len(codes))
+    motion = motion_of(x, 0.05, 0.0, None)
+    (found,) = evident(left, motion)
+    assert (found.name, found.channels) == ("spikes", (1,))
+    assert cleaned(left, [found], motion)[:, 1].std() < 1.1
+
+
+def test_tails_of_large_spikes_leave_nothing() -> None:
+    """What the motion's history seems to tell follows them somewhat, and how fast they fade is not
+    seen closely enough in their mean shape: no walk is there."""
+    x, codes = clean(9, 8000)
+    rng = np.random.default_rng(2)
+    struck = (rng.random(len(codes)) < 0.008) * rng.choice([-1.0, 1.0], len(codes))
+    hurt = codes.copy()
+    hurt[:, 1] += lfilter([1.0], [1.0, -0.82], struck * rng.uniform(180.0, 900.0, len(codes)))
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    found = [(effect["name"], effect["channels"]) for effect in result.data["effects"]]
+    assert found == [("spikes", ["s2"])]
+
+
 @pytest.mark.parametrize("seed", [11, 12])
 def test_what_long_tails_of_spikes_leave_is_nothing_unknown(seed: int) -> None:
     """Tails of two paces, of which one is taken out: the rest comes and goes with the spikes."""

@@ -66,6 +66,8 @@ SAYS_ALL = 1.0
 SETTLED = 0.02
 # What is the same on all channels looks like a strain.
 ALIKE = frozenset({"lag", "gain"})
+# How often what the motion's history tells is asked again, without spikes.
+TOLD_AGAIN = 2
 # What spikes leave that were taken out, of what they were.
 SPIKES_LEAVE = 0.06
 # A residual that changes by less of its noise variance is searched once.
@@ -211,6 +213,10 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     alone = nominals(smooth, smooth, motion, sim.adc_bits, reference)
     # Spikes on all channels at once look like a strain; tones are kept, for a drive may ring.
     spikes = [finding for finding in plain if finding.name == "spikes"]
+    for _ in range(TOLD_AGAIN if spikes else 0):
+        # It seemed to tell some of them.
+        slow = told(slow + variance.cleaned(beside, spikes, motion), motion)
+        beside = residual - slow
     hit = np.any(np.abs(beside - variance.cleaned(beside, spikes, motion)) > noise_rms(residual), 1)
     quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
     strain = together(alone, residual, noise_rms(quiet), np.flatnonzero(~hit))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
+from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.stats import kurtosis
 
@@ -36,9 +37,11 @@ MANY = 3
 SPIKE_AROUND = 101
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
-# No more samples are spikes: what is far from its neighbours more often is a tone that is off half
-# of the time.
+# Where more samples are hit they must stand alone: what is far from its neighbours more often is a
+# tone that is off half of the time.
 SPIKE_MOST = 0.1
+# A sample beside a spike is about a quarter as far from its mean with it as the spike is.
+BESIDE = 0.35
 # Samples whose median is what is usual where a spike begins.
 NEWS = 9
 # Of the samples that are half as far as a spike is, so many must be spikes.
@@ -59,8 +62,11 @@ TAIL_TURN = 3
 TAIL_STAYS = 0.2
 # And fades by so much from sample to sample at least.
 SPIKE_FADES = 0.95
-# By how much more slowly than it seems to.
-FADES_SLOWER = (1.0, 1.005, 1.01, 1.02)
+# By how much more slowly than it seems to, and how closely and in how many samples that is looked
+# for.
+FADES_SLOWER = (0.98, 1.03)
+FADES_WITHIN = 3e-4
+FADES_SEEN = 20_000
 # How often spikes are looked for in what the larger ones leave.
 STRUCK = 3
 # Of so many samples what follows is foretold where spikes ring; what is not has such a kurtosis.
@@ -104,22 +110,40 @@ def without_spikes(signal: Floats) -> Floats:
     answer = _ringing(signal)
     if not len(answer):
         return plain
-    # Tails that are cut off seem to fade faster than they do.
-    longer = [answer * slower ** np.arange(len(answer)) for slower in FADES_SLOWER]
-    tailless = [_lined(_tailless(signal, slow)) for slow in longer if _fades(slow)]
+    fading = [slow for slow in (answer, _fading(signal[:FADES_SEEN], answer)) if _fades(slow)]
+    tailless = [_lined(_tailless(signal, slow, width)) for slow in fading for width in (1, 2)]
     return min([plain, *tailless, _lined(_struck(signal))], key=np.var)
 
 
-def _tailless(signal: Floats, answer: Floats) -> Floats:
+def _fading(signal: Floats, answer: Floats) -> Floats:
+    """``answer``, as fast as spikes in ``signal`` (samples,) fade: noise, and tails that are cut
+    off, hide that from their mean shape."""
+
+    def at(slower: float) -> Floats:
+        return answer * slower ** np.arange(len(answer))
+
+    def left(slower: float) -> float:
+        # What does not fade leaves all.
+        slow = at(slower)
+        return float(np.var(_lined(_tailless(signal, slow, 1)) if _fades(slow) else signal))
+
+    within = {"xatol": FADES_WITHIN}
+    return at(minimize_scalar(left, bounds=FADES_SLOWER, method="bounded", options=within).x)
+
+
+def _tailless(signal: Floats, answer: Floats, width: int) -> Floats:
     """``signal`` (samples,) without its spikes and what they leave behind, as ``answer`` has it.
 
-    What no spike before foretells is the spikes themselves, which are sharp; what is beside them
-    stays as it is, since an error there would have a tail of its own.
+    What no spike before foretells is the spikes themselves, which are sharp, ``width`` samples from
+    where they begin; what is beside them stays as it is, since an error there would have a tail of
+    its own.
     """
     news = lfilter(answer, [1.0], signal - signal[0])
     usual = median_filter(news, NEWS)
     far = np.abs(news - usual)
     sudden = far > max(SPIKES_MORE * 1.4826 * float(np.median(far)), 1.0)
+    for _ in range(width - 1):
+        sudden[1:] |= sudden[:-1]
     rest: Floats = signal[0] + lfilter([1.0], answer, np.where(sudden, usual, news))
     return rest
 
@@ -255,12 +279,15 @@ def beyond_mean(signal: Floats) -> Floats:
 def spike_hits(left: Floats) -> NDArray[np.bool_]:
     """(samples,) whether a sample is far more than the usual distance from its neighbours.
 
-    None where many more are half as far: that is noise with heavy tails.
+    None where many more are half as far, but for those that are so for a spike beside them: that
+    is noise with heavy tails.
     """
     fast = beyond_mean(left)
-    hit = _far(fast)
-    many = hit.sum() > SPIKE_MOST * len(hit)
-    if many or hit.sum() < SPIKE_PART * _far(fast, 0.5).sum():
+    hit, near = _far(fast), _far(fast, 0.5)
+    own = fast > BESIDE * maximum_filter1d(fast, 5)
+    many = hit.sum() > SPIKE_MOST * len(hit) and not _stand_alone(left, hit)
+    heavy = hit.sum() < SPIKE_PART * near.sum()
+    if many or (heavy and (hit & own).sum() < SPIKE_PART * (near & own).sum()):
         hit[:] = False
     return hit
 
