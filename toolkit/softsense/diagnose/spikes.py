@@ -44,8 +44,10 @@ SPIKE_MOST = 0.1
 BESIDE = 0.35
 # Samples whose median is what is usual where a spike begins.
 NEWS = 9
-# Of the samples that are half as far as a spike is, so many must be spikes.
+# Of the samples that are half as far as a spike is, so many must be spikes; and so many of those
+# that are so without one beside them.
 SPIKE_PART = 0.35
+OWN_PART = 0.45
 # Of the spikes such a share must stand out, by so many times what is usual, from so many samples
 # around them: noise that comes in bursts is as loud there.
 BURST = 31
@@ -67,6 +69,10 @@ SPIKE_FADES = 0.95
 FADES_SLOWER = (0.98, 1.03)
 FADES_WITHIN = 3e-4
 FADES_SEEN = 20_000
+# White noise is so many times its usual distance from its neighbours; and what tails leave is just
+# that where it has no more than so much of its power.
+USUAL = 1.4826 / np.sqrt(0.8)
+JUST_NOISE = 1.2
 # How often spikes are looked for in what the larger ones leave.
 STRUCK = 3
 # Of so many samples what follows is foretold where spikes ring; what is not has such a kurtosis.
@@ -112,7 +118,10 @@ def without_spikes(signal: Floats) -> Floats:
         return plain
     fading = [slow for slow in (answer, _fading(signal[:FADES_SEEN], answer)) if _fades(slow)]
     tailless = [_lined(_tailless(signal, slow, width)) for slow in fading for width in (1, 2)]
-    return min([plain, *tailless, _lined(_struck(signal))], key=np.var)
+    best = min([plain, *tailless], key=np.var)
+    if np.var(best) < JUST_NOISE * (USUAL * float(np.median(beyond_mean(signal)))) ** 2:
+        return best
+    return min([best, _lined(_struck(signal))], key=np.var)
 
 
 def _fading(signal: Floats, answer: Floats) -> Floats:
@@ -283,13 +292,21 @@ def spike_hits(left: Floats) -> NDArray[np.bool_]:
     is noise with heavy tails.
     """
     fast = beyond_mean(left)
-    hit, near = _far(fast), _far(fast, 0.5)
-    own = fast > BESIDE * maximum_filter1d(fast, 5)
+    hit = _far(fast)
     many = hit.sum() > SPIKE_MOST * len(hit) and not _stand_alone(left, hit)
-    heavy = hit.sum() < SPIKE_PART * near.sum()
-    if many or (heavy and (hit & own).sum() < SPIKE_PART * (near & own).sum()):
+    if many or _has_heavy_tails(fast, hit):
         hit[:] = False
     return hit
+
+
+def _has_heavy_tails(fast: Floats, hit: NDArray[np.bool_]) -> bool:
+    """Whether too many samples are half as far from their neighbours, ``fast`` (samples,), as
+    those that are ``hit``."""
+    near = _far(fast, 0.5)
+    if hit.sum() >= SPIKE_PART * near.sum():
+        return False
+    own = fast > BESIDE * maximum_filter1d(fast, 5)
+    return bool((hit & own).sum() < OWN_PART * (near & own).sum())
 
 
 def peaks(signal: Floats) -> NDArray[np.bool_]:

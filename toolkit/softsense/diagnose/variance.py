@@ -200,21 +200,22 @@ def _found(
     rest = left
     news = _news(rest) if walking else rest
     least = 2.0 if explained else LEAST_TONE
-    line = line_of(plain_of(news), motion.dt_s, least)
+    plain = plain_of(left)
+    line = line_of(plain_of(news) if walking else plain, motion.dt_s, least)
     if walking:
         # A walk follows a slow tone too.
-        line = line or line_of(plain_of(rest), motion.dt_s, least)
+        line = line or line_of(plain, motion.dt_s, least)
     if line is None and heard:
         again = line_of(without_spikes(news), motion.dt_s, LEAST_TONE)
         line = next((f for f in heard if again and abs(again - f) < SAME_HZ), None)
     if line is not None and explained and made_by_motion(rest, motion, line):
         line = None
-    line = line or slow_line(plain_of(rest), motion, LEAST_SLOW if walking else SLOW_SHARE)
+    line = line or slow_line(plain, motion, LEAST_SLOW if walking else SLOW_SHARE)
     off = np.ones(len(rest), dtype=bool)
     if line is not None:
         rest = without_tone(rest, line, motion.dt_s)
         news = _news(rest) if walking else rest
-        off = while_off(plain_of(left), line, motion.dt_s)
+        off = while_off(plain, line, motion.dt_s)
     if coarse:
         return _Found(line)
     # Tails pass for a walk, which foretells them: what it does not is no longer sharp.
@@ -238,8 +239,8 @@ def _found(
     if spiky:
         rest = without_spikes(rest)
     # How a tone fades leaves some of it.
-    plain = rest[off]
-    level = between_lines(plain) if line is not None else float(noise_rms(plain[:, None])[0])
+    quiet = rest[off]
+    level = between_lines(quiet) if line is not None else float(noise_rms(quiet[:, None])[0])
     # What an equation leaves that is only nearly right comes with moves, where it says them.
     moving, pace = float(np.abs(np.diff(said)).max()) > MOVING * there, covariates[-1:]
     unevenness = UNEVEN_BESIDE if moving else UNEVEN
