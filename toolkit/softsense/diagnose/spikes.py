@@ -37,9 +37,11 @@ MANY = 3
 SPIKE_AROUND = 101
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
-# Where more samples are hit they must stand alone: what is far from its neighbours more often is a
-# tone that is off half of the time.
+# Where more samples are hit they must stand alone, and be nearly all of those that are half as far:
+# what is far from its neighbours more often is a tone that is off half of the time, or what is left
+# of one.
 SPIKE_MOST = 0.1
+ALL_PART = 0.9
 # A sample beside a spike is about a quarter as far from its mean with it as the spike is.
 BESIDE = 0.35
 # Samples whose median is what is usual where a spike begins.
@@ -292,21 +294,17 @@ def spike_hits(left: Floats) -> NDArray[np.bool_]:
     is noise with heavy tails.
     """
     fast = beyond_mean(left)
-    hit = _far(fast)
-    many = hit.sum() > SPIKE_MOST * len(hit) and not _stand_alone(left, hit)
-    if many or _has_heavy_tails(fast, hit):
+    hit, near = _far(fast), _far(fast, 0.5)
+    if hit.sum() > SPIKE_MOST * len(hit):
+        good = hit.sum() > ALL_PART * near.sum() and _stand_alone(left, hit)
+    else:
+        good = hit.sum() >= SPIKE_PART * near.sum()
+        if not good:
+            own = fast > BESIDE * maximum_filter1d(fast, 5)
+            good = (hit & own).sum() >= OWN_PART * (near & own).sum()
+    if not good:
         hit[:] = False
     return hit
-
-
-def _has_heavy_tails(fast: Floats, hit: NDArray[np.bool_]) -> bool:
-    """Whether too many samples are half as far from their neighbours, ``fast`` (samples,), as
-    those that are ``hit``."""
-    near = _far(fast, 0.5)
-    if hit.sum() >= SPIKE_PART * near.sum():
-        return False
-    own = fast > BESIDE * maximum_filter1d(fast, 5)
-    return bool((hit & own).sum() < OWN_PART * (near & own).sum())
 
 
 def peaks(signal: Floats) -> NDArray[np.bool_]:
