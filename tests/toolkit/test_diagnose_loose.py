@@ -502,8 +502,7 @@ def test_spikes_with_a_tail_are_spikes() -> None:
     [
         # So many that they and what is beside them are more samples than a tone that is on has.
         (0.022, 250.0),
-        # So large that what is beside them is half as far off as a spike is, and they not so large
-        # that it counts as one.
+        # What is beside them is half as far off as a spike is, but not so far that it is hit too.
         (0.02, 29.0),
     ],
 )

@@ -213,12 +213,15 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     alone = nominals(smooth, smooth, motion, sim.adc_bits, reference)
     # Spikes on all channels at once look like a strain; tones are kept, for a drive may ring.
     spikes = [finding for finding in plain if finding.name == "spikes"]
+    spikeless = variance.cleaned(beside, spikes, motion)
     for _ in range(TOLD_AGAIN if spikes else 0):
-        # It seemed to tell some of them.
-        slow = told(slow + variance.cleaned(beside, spikes, motion), motion)
+        # The history of the motion seemed to tell some of them.
+        slow = told(slow + spikeless, motion)
         beside = residual - slow
-    hit = np.any(np.abs(beside - variance.cleaned(beside, spikes, motion)) > noise_rms(residual), 1)
-    quiet = slow + variance.cleaned(beside, plain, motion) if plain else residual
+        spikeless = variance.cleaned(beside, spikes, motion)
+    hit = np.any(np.abs(beside - spikeless) > noise_rms(residual), 1)
+    calm = spikeless if plain == spikes else variance.cleaned(beside, plain, motion)
+    quiet = slow + calm if plain else residual
     strain = together(alone, residual, noise_rms(quiet), np.flatnonzero(~hit))
 
     def looked(

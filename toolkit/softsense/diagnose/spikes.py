@@ -291,7 +291,7 @@ def spike_hits(left: Floats) -> NDArray[np.bool_]:
     """(samples,) whether a sample is far more than the usual distance from its neighbours.
 
     None where many more are half as far, but for those that are so for a spike beside them: that
-    is noise with heavy tails.
+    is noise with heavy tails. Nor where very many are hit that do not stand alone: that is a tone.
     """
     fast = beyond_mean(left)
     hit, near = _far(fast), _far(fast, 0.5)
