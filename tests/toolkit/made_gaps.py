@@ -16,6 +16,8 @@ from softsense.simulate.motion import random_motion
 GAP = Path(__file__).parents[1] / "benchmarks" / "gap"
 RATE_HZ = 20.0
 SAMPLES = 6000
+# So many times as fine is the clock of what goes on between samples.
+FINE = 10
 
 
 def clean(seed: int, samples: int = SAMPLES, start: int = 0) -> tuple[np.ndarray, np.ndarray]:
@@ -36,6 +38,16 @@ def sensed(x: np.ndarray) -> np.ndarray:
             + rng.choice([-1, 1]) * rng.uniform(500, 900) * (s + 0.2 * (slow - s))
         )
     return np.stack(columns, axis=1)
+
+
+def walked(seed: int, samples: int = SAMPLES) -> tuple[np.ndarray, np.ndarray]:
+    """The same of steps at one pace after another, of which a sample sees little: on a clock that
+    is ``FINE`` times as fine."""
+    rng = np.random.default_rng(seed)
+    paces, sizes = rng.uniform(0.9, 1.5, samples // 600 + 1), rng.uniform(0.5, 1.0, samples)
+    turns = np.cumsum(paces.repeat(600 * FINE)[: samples * FINE]) / (RATE_HZ * FINE)
+    x = sizes[turns.astype(int)] * np.sin(np.pi * turns) ** 4
+    return x, sensed(x)
 
 
 def recorded(

@@ -10,6 +10,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from softsense.diagnose import augment, diagnose, folder, vetting
 from softsense.diagnose.design import Fit
@@ -21,7 +22,19 @@ from softsense.simulate.motion import random_motion
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from made_gaps import GAP, RATE_HZ, SAMPLES, clean, filtered, first_channel, hide, recorded, sensed
+from made_gaps import (
+    FINE,
+    GAP,
+    RATE_HZ,
+    SAMPLES,
+    clean,
+    filtered,
+    first_channel,
+    hide,
+    recorded,
+    sensed,
+    walked,
+)
 
 
 def test_one_circuit_follows_the_other() -> None:
@@ -233,6 +246,40 @@ def test_a_drivers_smoothing_of_less_than_a_sample_is_a_lag() -> None:
     hurt[:, 1:3] = filtered(codes, 0.042)[:, 1:3]
     result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
     assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("lag", ["s2", "s3"])]
+
+
+def _between_samples(u: np.ndarray, tau_s: float) -> np.ndarray:
+    """Codes on a fine clock behind a resistor and a capacitor."""
+    kept = np.exp(-1.0 / (RATE_HZ * FINE * tau_s))
+    return lfilter([1.0 - kept], [1.0, -kept], u, axis=0, zi=kept * u[:1])[0]
+
+
+@pytest.mark.parametrize("late", [(0,), (0, 1, 2)])
+def test_a_lag_of_far_less_than_a_sample_is_no_delay(late: tuple[int, ...]) -> None:
+    """A clock is late on all channels and by as much; and what goes on between samples is smooth,
+    which a walk sees."""
+    x, codes = walked(6)
+    made = codes.copy()
+    for channel in late:
+        tau_s = 0.006 / (1.0 + channel)
+        made[:, channel] = _between_samples(codes[:, channel : channel + 1], tau_s)[:, 0]
+    sim = recorded(x[::FINE], codes[::FINE], 1)
+    result = diagnose(sim, recorded(x[::FINE], made[::FINE], 2))
+    assert result.effects == ("lag",)
+    assert result.data["effects"][0]["channels"] == [f"s{c + 1}" for c in late]
+    assert result.data["unexplained"]["share"] < 0.02
+
+
+def test_a_capacitance_is_crosstalk_also_where_it_is_charged_within_a_sample() -> None:
+    x, codes = walked(7)
+    made = codes.copy()
+    for channel, source in ((1, 3), (2, 3)):
+        fast = np.gradient(codes[:, source : source + 1], 1.0 / (RATE_HZ * FINE), axis=0)
+        made[:, channel] += 0.005 * _between_samples(fast, 0.03)[:, 0]
+    sim = recorded(x[::FINE], codes[::FINE], 1)
+    result = diagnose(sim, recorded(x[::FINE], made[::FINE], 2))
+    assert result.effects == ("crosstalk",)
+    assert result.data["unexplained"]["share"] < 0.01
 
 
 def test_a_neighbour_is_heard_with_what_it_has() -> None:

@@ -17,7 +17,17 @@ from softsense.simulate.motion import random_motion
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from made_gaps import RATE_HZ, SAMPLES, clean, filtered, first_channel, recorded, sensed
+from made_gaps import (
+    FINE,
+    RATE_HZ,
+    SAMPLES,
+    clean,
+    filtered,
+    first_channel,
+    recorded,
+    sensed,
+    walked,
+)
 
 
 def test_a_clock_that_wandered_is_foretold_to_be_where_it_mostly_was() -> None:
@@ -56,6 +66,20 @@ def test_a_clock_that_comes_and_goes_does_so_later_too(period_s: float, set_righ
     later = augment(result, recorded(x[then], codes[then], 3, noise=0.0)).codes
     even = np.stack([np.interp(index - 3.5, index, c) for c in codes.T], axis=1)
     assert np.std(later - made[then]) < 0.2 * np.std((even - made)[then])
+
+
+@pytest.mark.parametrize("skew", [0.0, 3e-5])
+def test_a_clock_that_is_late_by_far_less_than_a_sample_is(skew: float) -> None:
+    """What goes on between samples is smooth, which a walk sees; and no circuit of each channel is
+    there where one clock says as much."""
+    x, codes = walked(8)
+    index = np.arange(len(x), dtype=float)
+    late = 0.003 * (skew == 0.0) * RATE_HZ * FINE + skew * index
+    made = np.stack([np.interp(index - late, index, c) for c in codes.T], axis=1)
+    sim = recorded(x[::FINE], codes[::FINE], 1)
+    result = diagnose(sim, recorded(x[::FINE], made[::FINE], 2))
+    assert result.effects == ("delay",)
+    assert result.data["unexplained"]["share"] < 0.01
 
 
 def test_drives_that_give_way_or_stick_are_backlash() -> None:

@@ -20,7 +20,7 @@ from scipy.interpolate import CubicSpline
 from softsense import effects
 from softsense.diagnose import channel
 from softsense.diagnose.nominal import history_basis, motion_of, nominals, reference_of
-from softsense.effects import Candidate, Context, all_effects, effect, operators
+from softsense.effects import STRAIGHT, Candidate, Context, all_effects, effect, operators
 from softsense.effects.hysteresis import _plane
 from softsense.effects.operators import first_order_hold, low_pass
 from softsense.effects.saturation import is_rail
@@ -339,6 +339,9 @@ def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
     made += effect("delay").fine.at(nominal, {"delay_s": 0.13})
     made += effect("delay").fine.at(nominal, {"delay_s": 0.13, "course2": 0.05})
     assert {c.form for c in made} == {"smooth", "linear", "skewed", "wandering"}
+    straight_too = [c for c in made if c.form == "skewed"]
+    assert any(STRAIGHT in c.values for c in straight_too)
+    assert not all(STRAIGHT in c.values for c in straight_too)
     for candidate in made:
         late_s = candidate.values["delay_s"] + candidate.values.get("skew", 0.0) * 0.05 * index
         passed = 2.0 * index / len(index) - 1.0
@@ -346,7 +349,7 @@ def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
         at = np.clip(index - late_s / 0.05, 0.0, index[-1])
         smooth = CubicSpline(index, codes[:, 0])(at)
         straight = np.interp(at, index, codes[:, 0])
-        expected = smooth if candidate.form == "smooth" else straight
+        expected = straight if STRAIGHT in candidate.values else smooth
         np.testing.assert_allclose(candidate.columns[:, 0], expected - codes[:, 0], atol=1e-9)
 
 

@@ -182,6 +182,8 @@ class Channel:
         self.samples = len(residual[self._thin])
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
+        # Squares of its moves from sample to sample, in noise variances.
+        self.pace = max(float(np.sum(np.diff(nominal.u) ** 2)) / sigma**2, 1.0)
         self.weight_price = WEIGHT_PRICE + WEIGHT_SHARE * self.excess
         self.felt = felt
         self.gain = likely_gain(self.wandering(residual)[self._thin], sigma)

@@ -110,6 +110,8 @@ STRAIGHT_PRICE = 0.5
 BROAD_PRICE = 0.45
 # An effect of the motion that is not named on all channels that have a gap.
 PARTIAL_PRICE = 0.5
+# A channel without a gap should have one of so many times what is needed to name an effect.
+UNMOVED = 4.0
 # The same of the second and third where all are exact.
 EXACT_NAME_SHARE = 0.001
 # The same of the second and third where all are named on the same channels, and not on every one:
@@ -270,10 +272,16 @@ def _gap_of(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> floa
 
 
 def _partial(channels: Sequence[Channel], fits: Sequence[Fit], name: str) -> bool:
-    """Whether a motion effect is named on some channels only, of those that have a gap."""
-    return name in moving() and not all(
-        name in dict(fit.picks) or not channel.entries
-        for channel, fit in zip(channels, fits, strict=True)
+    """Whether a motion effect is named on some channels only, of those that have a gap or move so
+    much that they would have one."""
+    if name not in moving():
+        return False
+    both = list(zip(channels, fits, strict=True))
+    share = min(c.excess / c.pace for c, fit in both if name in dict(fit.picks))
+    return not all(
+        name in dict(fit.picks)
+        or (not channel.entries and share * channel.pace < UNMOVED * channel.effect_price)
+        for channel, fit in both
     )
 
 

@@ -18,7 +18,7 @@ from softsense.diagnose import wandering
 from softsense.diagnose.channel import WALK, WALK_PRICE, Channel
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Base, Design, Fit, Group, Term
-from softsense.diagnose.moved import Together, answer
+from softsense.diagnose.moved import LEAST_CHANNELS, Together, answer
 from softsense.diagnose.nominal import Motion
 from softsense.diagnose.search import (
     SLOW,
@@ -76,6 +76,9 @@ OF_NOISE = 0.5
 OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
+# Per sample and channel: what a circuit of its own says more than one clock for all, by chance.
+LAG, DELAY = "lag", "delay"
+OWN_VALUE = 0.03
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
 STEPS_INSTEAD = 1.5
 # So many models with a walk and something else are looked at where the walk of the best is none.
@@ -106,7 +109,7 @@ def vetted(
     walks = [made for made in models if made.names == {WALK}]
     if WALK in models[0].names and len(models[0].names) > 1:
         models = by_price([_beside_walks(channels, models, named[0], motion), *named])
-    models = _by_sign(channels, models)
+    models = _by_clock(channels, _by_sign(channels, models))
     if models[0].names == {WALK}:
         instead = _jumped(channels, models[0]) or _told(channels, models[0], named[0], motion)
         models = [*instead, *models]
@@ -156,6 +159,19 @@ def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model
         return list(models)
     others = [m for m in models if WALK not in m.names and not signed(channels, m)]
     alike = [m for m in others if m.price < best.price + channels[0].effect_price]
+    return [*alike[:1], *models]
+
+
+def _by_clock(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
+    """``models``, first what says the gap as well with a delay as with a lag on every channel: a
+    clock has one value for all, where each circuit has its own."""
+    best = models[0]
+    there = sum(bool(channel.entries) for channel in channels)
+    if len(best.channels_of(LAG)) < max(there, LEAST_CHANNELS) or DELAY in best.names:
+        return list(models)
+    near = best.price + OWN_VALUE * there * channels[0].samples
+    late = best.names - {LAG} | {DELAY}
+    alike = [made for made in models if made.names == late and made.price < near]
     return [*alike[:1], *models]
 
 

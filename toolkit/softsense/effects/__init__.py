@@ -50,7 +50,9 @@ CALIBRATED = "calibrated"
 EXACTLY = "exactly"
 # Or it is a rail whose shape is as free as a converter's curve.
 AS_CURVE = "as_curve"
-MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED, AS_CURVE})
+# Or the signal goes straight from sample to sample, as software reads it late.
+STRAIGHT = "straight"
+MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED, AS_CURVE, STRAIGHT})
 # What relaxes or lags behind, of the span, before it matters which of them is meant.
 STRESSED = 0.004
 # So many samples at most are kept of what all channels ask for.
@@ -183,7 +185,8 @@ class Nominal:
     another strain, at the samples ``keep``; ``all_respond`` those of all (channels, samples).
     ``start_s``: time of the first sample since the experiment began; ``largest``: (samples,)
     largest strain so far. ``keep``: the samples that traces are asked for; an effect may give them
-    for all. ``known``, ``known_of_strain``: what ``once`` and ``once_for_all`` have made.
+    for all. ``known``, ``known_of_strain``: what ``once``, ``once_for_all`` and ``once_of`` have
+    made.
     """
 
     codes: tuple[Floats, ...]
@@ -218,6 +221,14 @@ class Nominal:
         key = step, name
         if key not in self.known_of_strain:
             self.known_of_strain[key] = make()
+        made: Of = self.known_of_strain[key]
+        return made
+
+    def once_of(self, other: int, name: str, make: Callable[[Floats], Of]) -> Of:
+        """What ``make`` makes of the signal of an ``other`` channel, made once for all."""
+        key = other, name
+        if key not in self.known_of_strain:
+            self.known_of_strain[key] = make(self.codes[other])
         made: Of = self.known_of_strain[key]
         return made
 
@@ -441,11 +452,11 @@ class Candidate:
         values = {**self.values, CALIBRATED: 1.0}
         return altered(self, made=lambda: less(self.columns), values=values)
 
-    def leaking(self, through: float) -> Candidate:
+    def leaking(self, through: float, form: str = "leaking") -> Candidate:
         """The same where this part of the signal comes through unchanged."""
         values = {**self.values, "through": through}
         less = 1.0 - through
-        return altered(self, made=lambda: less * self.columns, values=values, form="leaking")
+        return altered(self, made=lambda: less * self.columns, values=values, form=form)
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from functools import cache, partial
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import low_pass
+from softsense.effects.operators import low_pass, smooth_low_pass, spline_pieces
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
@@ -22,6 +22,9 @@ MOST_PULLED = 0.5
 # faster through: none takes longer, which a material does.
 WIRES_S = (0.04, 0.08, 0.125, 0.2, 0.35)
 CAPACITORS_S = (0.2, 0.5, 1.2)
+# Through shorter ones comes next to nothing of slow moves, and of fast ones what these do between
+# samples.
+SHORT_S = (0.015, 0.04, 0.1)
 # And those after which a sampling capacitor's dielectric gives back what it took.
 DIELECTRICS_S = (0.4, 0.9, 2.0)
 
@@ -59,6 +62,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
     for other in range(channels):
         if other != nominal.channel:
             result.extend(_filtered(nominal, other, WIRES_S, CAPACITORS_S))
+            result.extend(_short(nominal, other, SHORT_S))
     return result + _sides(nominal, WIRES_S[::2]) + _absorbed(nominal, DIELECTRICS_S)
 
 
@@ -66,9 +70,11 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """All that has no time constant; and around the one of a wire or a capacitor."""
     if "tau_s" not in values:
         return _shares(nominal)
-    near = (values["tau_s"] * np.geomspace(0.6, 1.6, 7)).tolist()
+    near, other = (values["tau_s"] * np.geomspace(0.6, 1.6, 7)).tolist(), int(values["source"])
     capacitors = [tau_s for tau_s in near if tau_s <= CAPACITORS_S[-1]]
-    filtered = _filtered(nominal, int(values["source"]), near, capacitors)
+    filtered = _filtered(nominal, other, near, capacitors)
+    if values["tau_s"] <= SHORT_S[-1]:
+        filtered += _short(nominal, other, near)
     return _shares(nominal) + filtered + _sides(nominal, near[::2]) + _absorbed(nominal, near[1::2])
 
 
@@ -225,6 +231,29 @@ def _filtered(
             made = partial(fast, signal, tau_s)
             result.append(Candidate(made, values, "coupled", largest=most, positive=True))
     return result
+
+
+def _short(nominal: Nominal, other: int, times_s: Sequence[float]) -> list[Candidate]:
+    """What comes through the capacitance between two wires within a few samples, of a signal that
+    is smooth in between."""
+    if other == nominal.channel:
+        return []
+    would, keep = nominal.codes[other], nominal.keep
+
+    def fast(tau_s: float) -> Floats:
+        pieces = nominal.once_of(other, "smooth pieces", spline_pieces)
+        return np.asarray((would - smooth_low_pass(pieces, nominal.dt_s, tau_s))[keep, None])
+
+    return [
+        Candidate(
+            partial(fast, tau_s),
+            {"source": float(other), "tau_s": tau_s},
+            "brief",
+            largest=MOST_COUPLED,
+            positive=True,
+        )
+        for tau_s in times_s
+    ]
 
 
 def _slow(nominal: Nominal, signal: Floats, tau_s: float) -> Floats:

@@ -7,9 +7,9 @@ from dataclasses import replace
 from functools import lru_cache, partial
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from softsense.effects import (
+    STRAIGHT,
     Candidate,
     Context,
     Effect,
@@ -21,9 +21,10 @@ from softsense.effects import (
     State,
     Values,
 )
-from softsense.effects.operators import SAW, SINE, wave
+from softsense.effects.operators import SAW, SINE, compiled, spline_pieces, straight_pieces, wave
 
 FORMS = ("smooth", "linear")
+NO_MARKS: Mapping[str, float] = {}
 # Polynomials of time (Legendre) that say how a delay wanders about an even course, in seconds each.
 COURSES = tuple(f"course{k}" for k in range(2, 10))
 # And delays beyond those at even times, straight in between.
@@ -73,7 +74,7 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """The signal of another time less the signal, weight 1; or a clock that runs differently."""
-    delays = np.geomspace(0.01, 1.0, 27)
+    delays = np.geomspace(0.001, 1.0, 40)
     ends = [(sign * late, sign * later) for sign in (1.0, -1.0) for late, later in SKEWED]
     return [
         *_traces(nominal, np.concatenate([-delays, delays]), ("smooth",)),
@@ -87,13 +88,14 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "skew" in values:
         last = first + values["skew"] * nominal.reference.duration_s
         reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
-        return _skewed(nominal, [(first + a, last + b) for a in reach for b in reach])
+        ends_s = [(first + a, last + b) for a in reach for b in reach]
+        return _skewed(nominal, ends_s) + _skewed(nominal, ends_s, {STRAIGHT: 1.0})
     return _traces(nominal, first * np.geomspace(0.8, 1.25, 15), FORMS)
 
 
 def at(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """Just this delay; one that changes goes from sample to sample straight between samples."""
-    if values.keys() == {"delay_s"}:
+    """Just this delay."""
+    if values.keys() <= {"delay_s", STRAIGHT}:
         return _traces(nominal, np.array([values["delay_s"]]), FORMS)
     if "period_s" in values:
         return [_changing(nominal, values, form) for form in WAVES]
@@ -104,20 +106,18 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
     """Straight between samples, as software reads late, and smooth, as nature is late."""
     result = []
     for delay_s in delays_s.tolist():
-        values = {"delay_s": delay_s}
-        moved = partial(_moved, nominal, values)
         for form in forms:
+            values = {"delay_s": delay_s, **({STRAIGHT: 1.0} if form == "linear" else {})}
+            moved = partial(_moved, nominal, values)
             made = partial(_late_by, nominal, form, delay_s / nominal.dt_s)
             result.append(Candidate(made, values, form, fixed=True, moved=moved))
     return result
 
 
-def _pieces(u: Floats, form: str) -> Floats:
+def _pieces(nominal: Nominal, form: str) -> Floats:
     """(powers, samples - 1) polynomials of the way from one sample to the next."""
-    if form == "linear":
-        return np.stack([u[:-1], np.diff(u)])
-    spline: Floats = CubicSpline(np.arange(len(u)), u).c[::-1]
-    return spline
+    made = straight_pieces if form == "linear" else spline_pieces
+    return nominal.once(f"{form} pieces", lambda: made(nominal.u))
 
 
 def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
@@ -126,8 +126,7 @@ def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
 
     A constant delay meets every polynomial at the same place.
     """
-    u, step = nominal.u, nominal.keep.step or 1
-    pieces = nominal.once(f"{form} pieces", lambda: _pieces(u, form))
+    u, step, pieces = nominal.u, nominal.keep.step or 1, _pieces(nominal, form)
     first = int(np.floor(-late))
     part = -late - first
     moved = np.full(len(u[::step]), u[0] if late > 0 else u[-1])
@@ -143,11 +142,13 @@ def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
     return change
 
 
-def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Candidate]:
+def _skewed(
+    nominal: Nominal, ends_s: Sequence[tuple[float, float]], marks: Mapping[str, float] = NO_MARKS
+) -> list[Candidate]:
     """Delays that go from one to another over the time of the reference."""
     result = []
     for first, last in ends_s:
-        values = {"delay_s": float(first)}
+        values = {"delay_s": float(first), **marks}
         if first != last:
             values["skew"] = float((last - first) / nominal.reference.duration_s)
         result.append(_changing(nominal, values))
@@ -156,7 +157,8 @@ def _skewed(nominal: Nominal, ends_s: Sequence[tuple[float, float]]) -> list[Can
 
 def _changing(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Candidate:
     def made() -> Floats:
-        read = _read(nominal.u, nominal, _late_s(nominal, values, form))
+        pieces = _pieces(nominal, "linear" if STRAIGHT in values else "smooth")
+        read = _read(pieces, nominal, _late_s(nominal, values, form))
         return (read - nominal.u[nominal.keep])[:, None]
 
     moved, freely = partial(_moved, nominal, values, form), KNOTS[0] in values
@@ -232,15 +234,28 @@ def _since(samples: int, first_s: float, step_s: float, duration_s: float) -> Fl
 def _moved(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Floats:
     """(samples,) the strain so late."""
     always = replace(nominal, keep=slice(None))
-    return _read(nominal.strain, always, _late_s(always, values, form))
+    return _read(straight_pieces(nominal.strain), always, _late_s(always, values, form))
 
 
-def _read(u: Floats, nominal: Nominal, late_s: Floats) -> Floats:
-    """(samples,) ``u`` so late, straight between samples; beyond its ends it rests."""
-    now = np.arange(len(u), dtype=np.float64)[nominal.keep]
-    at = np.clip(now - late_s / nominal.dt_s, 0.0, len(u) - 1.0)
-    below = np.minimum(at.astype(np.intp), len(u) - 2)
-    return np.asarray(u[below] + (at - below) * (u[below + 1] - u[below]))
+def _read(pieces: Floats, nominal: Nominal, late_s: Floats) -> Floats:
+    """(kept samples,) what goes in ``pieces`` (powers, samples - 1), so late; beyond its ends it
+    rests."""
+    read = np.empty(len(late_s))
+    _read_at(pieces, float(nominal.keep.step or 1), late_s / nominal.dt_s, read)
+    return read
+
+
+@compiled
+def _read_at(pieces: Floats, step: float, late: Floats, read: Floats) -> None:
+    """Write what ``pieces`` are at every so manyth sample, ``late`` (samples,) before it."""
+    last = pieces.shape[1] - 1
+    for k in range(len(read)):
+        at = min(max(k * step - late[k], 0.0), last + 1.0)
+        piece = min(int(at), last)
+        value, part = 0.0, at - piece
+        for power in range(len(pieces) - 1, -1, -1):
+            value = value * part + pieces[power, piece]
+        read[k] = value
 
 
 EFFECT = Effect(

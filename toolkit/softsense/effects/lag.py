@@ -9,12 +9,20 @@ import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import at_own_pace, compiled, low_pass
+from softsense.effects.operators import (
+    at_own_pace,
+    compiled,
+    low_pass,
+    smooth_low_pass,
+    spline_pieces,
+)
 
 # The second of two poles, of the first.
 SECOND = (0.12, 0.25, 0.5)
 # How many times as slowly a capacitor discharges as it charges, where a diode is in the way.
 FALLS = (0.5, 0.7, 1.4, 2.0)
+# Two poles that are the same, of each: as partial fractions they are not quite.
+APART_BY = 1e-3
 # What comes through at once where the capacitor has a resistance of its own.
 THROUGH = (0.08, 0.1, 0.125, 0.16, 0.2, 0.25)
 # Poles of a line of resistors and capacitors, as the roots of how many times the first they are.
@@ -46,7 +54,9 @@ def simulate(
 def explain(nominal: Nominal) -> list[Candidate]:
     """The filtered signal less the signal itself, weight 1: one pole, and two, apart or coupled."""
     alone = [c for c in _traces(nominal, np.geomspace(0.01, 4.0, 27)) if c.form == "circuit"]
-    return alone + _coupled(nominal, np.geomspace(0.015, 1.0, 14), DAMPINGS[1:2])
+    # Of a circuit that is as fast as a sample it is seen how the signal goes in between.
+    short = [c for c in _traces(nominal, np.geomspace(0.001, 0.1, 21)) if c.form == "smooth"]
+    return alone + short + _coupled(nominal, np.geomspace(0.015, 1.0, 14), DAMPINGS[1:2])
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -88,7 +98,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 
 
 def _traces(nominal: Nominal, times_s: Floats, several: Sequence[int] = (1, 2)) -> list[Candidate]:
-    """Circuits, exact between samples, and the smoothing that a driver does sample by sample."""
+    """Circuits, exact for a signal that is straight between samples, as simulators have it, or
+    smooth, as nature is; and the smoothing that a driver does sample by sample."""
     result = []
     for tau_s in times_s.tolist():
         # As late as the circuit is, which far below a sample is another time constant.
@@ -97,6 +108,8 @@ def _traces(nominal: Nominal, times_s: Floats, several: Sequence[int] = (1, 2)) 
             values = {"tau_s": tau_s, "poles": float(poles)}
             circuits = partial(_circuits, nominal, [tau_s] * poles)
             result.append(_trace(nominal, circuits, values, "circuit"))
+            smooth = partial(_smooth, nominal, _apart(tau_s, poles))
+            result.append(_trace(nominal, smooth, values, "smooth"))
             smoothed = partial(_smoothed, nominal.u, kept, poles)
             own_s = float(-nominal.dt_s / np.log(kept))
             result.append(_trace(nominal, smoothed, {**values, "tau_s": own_s}, "digital"))
@@ -123,14 +136,33 @@ def _circuits(nominal: Nominal, times_s: Sequence[float]) -> Floats:
     return y[:, 0]
 
 
+def _apart(tau_s: float, poles: int) -> list[float]:
+    """So many time constants that are all but the same."""
+    return [tau_s] if poles == 1 else [(1.0 - APART_BY) * tau_s, (1.0 + APART_BY) * tau_s]
+
+
+def _smooth(nominal: Nominal, times_s: Sequence[float]) -> Floats:
+    """(samples,) the signal, smooth between samples, through circuits in a row with these time
+    constants, of which no two are the same: as partial fractions."""
+    pieces = nominal.once("smooth pieces", lambda: spline_pieces(nominal.u))
+    y = np.zeros_like(nominal.u)
+    for own_s in times_s:
+        share = 1.0
+        for other_s in times_s:
+            share *= own_s / (own_s - other_s) if other_s != own_s else 1.0
+        y += share * smooth_low_pass(pieces, nominal.dt_s, own_s)
+    return y
+
+
 def _two_poles(nominal: Nominal, times_s: Floats, parts: Iterable[float]) -> list[Candidate]:
     """Two circuits in a row, the second with such a part of the first one's time constant."""
     result = []
     for tau_s in times_s.tolist():
         for part in parts:
             values = {"tau_s": tau_s, "poles": 2.0, "second": float(part)}
-            circuits = partial(_circuits, nominal, [tau_s, part * tau_s])
-            result.append(_trace(nominal, circuits, values, "unequal"))
+            for filtered, form in ((_circuits, "unequal"), (_smooth, "smooth unequal")):
+                made = partial(filtered, nominal, [tau_s, part * tau_s])
+                result.append(_trace(nominal, made, values, form))
     return result
 
 
@@ -196,8 +228,13 @@ def _own(nominal: Nominal, times_s: Floats, ratios: Iterable[float]) -> list[Can
 
 def _leaking(candidates: Sequence[Candidate], shares: Iterable[float]) -> list[Candidate]:
     """(1 + through tau p) / (1 + tau p), and the same of two poles: less of what each adds."""
-    circuits = [candidate for candidate in candidates if candidate.form == "circuit"]
-    return [circuit.leaking(float(share)) for circuit in circuits for share in shares]
+    forms = {"circuit": "leaking", "smooth": "smooth leaking"}
+    circuits = [candidate for candidate in candidates if candidate.form in forms]
+    return [
+        circuit.leaking(float(share), forms[circuit.form])
+        for circuit in circuits
+        for share in shares
+    ]
 
 
 def _uneven(nominal: Nominal, times_s: Floats, falls: Iterable[float]) -> list[Candidate]:

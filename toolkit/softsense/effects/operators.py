@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 
 Floats = NDArray[np.float64]
 
@@ -72,6 +73,42 @@ def low_pass(
         follow = _follow if len(signal) < LONG else _follow_long
         follow(signal[:, channel], output[:, channel], a, b0, b1, before, out)
     return output, np.stack([signal[-1], output[-1]])
+
+
+def straight_pieces(signal: Floats) -> Floats:
+    """(2, samples - 1) polynomials of the straight way from one sample of ``signal`` (samples,) to
+    the next, lowest power first."""
+    return np.stack([signal[:-1], np.diff(signal)])
+
+
+def spline_pieces(signal: Floats) -> Floats:
+    """(4, samples - 1) polynomials of the way from one sample of ``signal`` (samples,) to the next,
+    lowest power first, as nature goes it: smoothly."""
+    pieces: Floats = np.ascontiguousarray(CubicSpline(np.arange(len(signal)), signal).c[::-1])
+    return pieces
+
+
+def smooth_low_pass(pieces: Floats, dt_s: float, tau_s: float) -> Floats:
+    """(samples,) a signal of such ``pieces`` (``spline_pieces``) through 1 / (1 + tau p), settled
+    at the first sample; exact between samples."""
+    ratio = dt_s / tau_s
+    # What each power leaves at the end of a piece, by parts.
+    left = [-expm1(-ratio)]
+    for power in range(1, len(pieces)):
+        left.append(1.0 - power / ratio * left[-1])
+    output = np.empty(pieces.shape[1] + 1)
+    output[0] = pieces[0, 0]
+    _decay(np.array(left) @ pieces, exp(-ratio), output)
+    return output
+
+
+@compiled
+def _decay(driven: Floats, a: float, output: Floats) -> None:
+    """Write y[k + 1] = a y[k] + ``driven``[k] into ``output``, which begins with y[0]."""
+    y = output[0]
+    for k in range(len(driven)):
+        y = a * y + driven[k]
+        output[k + 1] = y
 
 
 @compiled
