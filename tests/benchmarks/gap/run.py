@@ -4,8 +4,9 @@
                                      [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere``, ``liquid``, ``wearable``, ``actuator`` and ``optical`` have sensors, motions and
-equations of other origins, and ``strange`` has only what no entry of the catalogue describes.
+``elsewhere``, ``liquid``, ``wearable``, ``actuator``, ``optical`` and ``insole`` have sensors,
+motions and equations of other origins, and ``strange`` has only what no entry of the catalogue
+describes.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -30,6 +31,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 import actuator
 import cases
 import elsewhere
+import insole
 import liquid
 import optical
 import strange
@@ -61,7 +63,10 @@ ALIASES = {
 }
 RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
-HALVES = ("train", "held-out", "elsewhere", "liquid", "strange", "wearable", "actuator", "optical")
+HALVES = (
+    *("train", "held-out", "elsewhere", "liquid", "strange"),
+    *("wearable", "actuator", "optical", "insole"),
+)
 OF_OTHERS = {
     "elsewhere": elsewhere,
     "liquid": liquid,
@@ -69,6 +74,7 @@ OF_OTHERS = {
     "wearable": wearable,
     "actuator": actuator,
     "optical": optical,
+    "insole": insole,
 }
 
 # What is hidden, seed, excitation, half, and what shall not be known.
