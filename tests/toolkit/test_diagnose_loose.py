@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -22,7 +23,7 @@ from softsense.diagnose.wandering import jerky, moved_by
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-from made_gaps import RATE_HZ, SAMPLES, clean, fit_with, hide, recorded
+from made_gaps import GAP, RATE_HZ, SAMPLES, clean, fit_with, hide, recorded
 
 
 @pytest.mark.parametrize(("common", "said"), [(True, "temperature"), (False, "random_walk")])
@@ -217,6 +218,14 @@ def test_noise_of_a_colour_or_in_bursts_is_noise(kind: str) -> None:
     found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
     assert found == {"noise": ["s1", "s3"]}
     assert not result.data["unexplained"]["unknown_effect"]
+
+
+def test_noise_that_comes_with_fast_steps_has_no_spikes(monkeypatch) -> None:
+    """Beside a drift; at the same speed it is as loud everywhere."""
+    monkeypatch.syspath_prepend(str(GAP))
+    insole = importlib.import_module("insole")
+    case = insole.make(1011, ("drift", "noise"), "typical")
+    assert set(diagnose(case.sim, case.real).effects) == {"drift", "noise"}
 
 
 def test_spikes_that_come_in_bursts_are_spikes() -> None:

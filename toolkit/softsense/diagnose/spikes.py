@@ -35,6 +35,8 @@ STEPS_SAMPLES = 41
 MANY = 3
 # What stands out does so from so many samples around it.
 SPIKE_AROUND = 101
+# And from those at the same of so many paces of the strain.
+PACES = 20
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
 # Where more samples are hit they must stand alone, and be nearly all of those that are half as far:
@@ -358,8 +360,13 @@ def _has_lone(signal: Floats, width: int) -> bool:
     return bool(np.any(far[back] > LONE_SIGMA * scale))
 
 
-def standing_out(left: Floats, hit: NDArray[np.bool_]) -> int:
-    """How many samples that are ``hit`` are far from their neighbours for where they are."""
+def standing_out(left: Floats, hit: NDArray[np.bool_], speed: Floats) -> int:
+    """How many samples that are ``hit`` are far from their neighbours for where they are, and for
+    the ``speed`` (samples,) of the strain there."""
     fast = beyond_mean(left)
-    usual = 1.4826 * median_filter(fast, SPIKE_AROUND)
+    pace = np.searchsorted(np.quantile(speed, np.linspace(0.0, 1.0, PACES + 1)[1:-1]), speed)
+    usual = np.array(
+        [np.median(fast[pace == k]) if np.any(pace == k) else 0.0 for k in range(PACES)]
+    )
+    usual = 1.4826 * np.maximum(median_filter(fast, SPIKE_AROUND), usual[pace])
     return int((fast[hit] > SPIKE_SIGMA * usual[hit]).sum())

@@ -225,7 +225,11 @@ def _found(
     said = residual - left
     jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
     hit &= beyond_mean(sharp) > jumps
-    if said.any() and hit.any() and standing_out(sharp, hit) < SPIKE_STANDS * hit.sum():
+    if (
+        said.any()
+        and hit.any()
+        and standing_out(sharp, hit, np.abs(np.gradient(motion.strain))) < SPIKE_STANDS * hit.sum()
+    ):
         hit[:] = False
     rest = news
     if only_while_on(hit, off):
