@@ -266,7 +266,7 @@ EFFECT = Effect(
     source="clock offset and skew",
     fingerprint="late without attenuation; with skew, later and later",
     parameters=(
-        Parameter("delay_s", "s", 0.005, 0.5, 0.1, "offset d0"),
+        Parameter("delay_s", "s", 0.001, 0.5, 0.1, "offset d0"),
         Parameter("skew", "1", 0.0, 0.002, 0.0, "relative difference of the clocks d1"),
     ),
     simulate=simulate,

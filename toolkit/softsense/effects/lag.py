@@ -307,7 +307,7 @@ EFFECT = Effect(
     equation="u / (1 + tau p)^n, gain 1; one_pole: n = 1; two_poles: n = 2",
     source="first-order low-pass; two in a row with the same time constant",
     fingerprint="fast motion is attenuated and late",
-    parameters=(Parameter("tau_s", "s", 0.01, 0.5, 0.1, "time constant of each pole"),),
+    parameters=(Parameter("tau_s", "s", 0.001, 0.5, 0.1, "time constant of each pole"),),
     simulate=simulate,
     explain=explain,
     zoom=zoom,
