@@ -76,9 +76,11 @@ OF_NOISE = 0.5
 OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
-# Per sample and channel: what a circuit of its own says more than one clock for all, by chance.
+# Per sample and channel: what a circuit of its own says more than one clock for all, by chance,
+# where its time constant is no more than this of a sample.
 LAG, DELAY = "lag", "delay"
 OWN_VALUE = 0.03
+WITHIN_SAMPLE = 0.25
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
 STEPS_INSTEAD = 1.5
 # So many models with a walk and something else are looked at where the walk of the best is none.
@@ -163,15 +165,21 @@ def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model
 
 
 def _by_clock(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
-    """``models``, first what says the gap as well with a delay as with a lag on every channel: a
-    clock has one value for all, where each circuit has its own."""
+    """``models``, first what says the gap as well with a delay as with a lag of far less than a
+    sample on every channel: a clock has one value for all, where each circuit has its own."""
     best = models[0]
-    there = sum(bool(channel.entries) for channel in channels)
-    if len(best.channels_of(LAG)) < max(there, LEAST_CHANNELS) or DELAY in best.names:
+    late = best.channels_of(LAG)
+    if DELAY in best.names or len(late) < LEAST_CHANNELS:
         return list(models)
-    near = best.price + OWN_VALUE * there * channels[0].samples
-    late = best.names - {LAG} | {DELAY}
-    alike = [made for made in models if made.names == late and made.price < near]
+    picks = [(channels[c], dict(best.fits[c].picks)[LAG]) for c in late]
+    times_s = [channel.entries[LAG][number].candidate.values["tau_s"] for channel, number in picks]
+    if max(times_s) > WITHIN_SAMPLE * channels[0].nominal.dt_s or any(
+        channel.entries for c, channel in enumerate(channels) if c not in late
+    ):
+        return list(models)
+    near = best.price + OWN_VALUE * len(late) * channels[0].samples
+    clock = best.names - {LAG} | {DELAY}
+    alike = [made for made in models if made.names == clock and made.price < near]
     return [*alike[:1], *models]
 
 

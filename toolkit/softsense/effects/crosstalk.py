@@ -12,8 +12,9 @@ from softsense.effects.operators import low_pass, smooth_low_pass, spline_pieces
 
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
-# The same of what comes late, and of what comes through a capacitance as it would without effects,
-# which an amplifier may raise: all of that is little where its time constant is short.
+# The same of what comes late, or through a capacitance within a few samples, else a delay would be
+# some; and of what comes through one as it would without effects, which an amplifier may raise: all
+# of that is little where its time constant is short.
 MOST_LATE = 0.5
 MOST_COUPLED = 3.0
 # And of the others together where they pull down a reference.
@@ -249,7 +250,7 @@ def _short(nominal: Nominal, other: int, times_s: Sequence[float]) -> list[Candi
             partial(fast, tau_s),
             {"source": float(other), "tau_s": tau_s},
             "brief",
-            largest=MOST_COUPLED,
+            largest=MOST_LATE,
             positive=True,
         )
         for tau_s in times_s
