@@ -35,7 +35,7 @@ STEPS_SAMPLES = 41
 MANY = 3
 # What stands out does so from so many samples around it.
 SPIKE_AROUND = 101
-# And from those at the same of so many paces of the strain.
+# Noise may go with so many paces of the strain.
 PACES = 20
 # Where spikes of one shape are known smaller ones are spikes too.
 SPIKES_MORE = 5.0
@@ -360,11 +360,18 @@ def _has_lone(signal: Floats, width: int) -> bool:
     return bool(np.any(far[back] > LONE_SIGMA * scale))
 
 
+def paces(speed: Floats) -> NDArray[np.intp]:
+    """(samples,) at which of ``PACES`` paces the ``speed`` (samples,) of the strain is, each as
+    often as any other."""
+    edges = np.quantile(speed, np.linspace(0.0, 1.0, PACES + 1)[1:-1])
+    return np.searchsorted(edges, speed)
+
+
 def standing_out(left: Floats, hit: NDArray[np.bool_], speed: Floats) -> int:
     """How many samples that are ``hit`` are far from their neighbours for where they are, and for
     the ``speed`` (samples,) of the strain there."""
     fast = beyond_mean(left)
-    pace = np.searchsorted(np.quantile(speed, np.linspace(0.0, 1.0, PACES + 1)[1:-1]), speed)
+    pace = paces(speed)
     usual = np.array(
         [np.median(fast[pace == k]) if np.any(pace == k) else 0.0 for k in range(PACES)]
     )

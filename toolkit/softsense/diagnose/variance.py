@@ -225,11 +225,8 @@ def _found(
     said = residual - left
     jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
     hit &= beyond_mean(sharp) > jumps
-    if (
-        said.any()
-        and hit.any()
-        and standing_out(sharp, hit, np.abs(np.gradient(motion.strain))) < SPIKE_STANDS * hit.sum()
-    ):
+    standing = said.any() and hit.any()
+    if standing and standing_out(sharp, hit, covariates[-1]) < SPIKE_STANDS * hit.sum():
         hit[:] = False
     rest = news
     if only_while_on(hit, off):

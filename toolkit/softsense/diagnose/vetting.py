@@ -76,9 +76,9 @@ OF_NOISE = 0.5
 OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
+LAG, DELAY = "lag", "delay"
 # Per sample and channel: what a circuit of its own says more than one clock for all, by chance,
 # where its time constant is no more than this of a sample.
-LAG, DELAY = "lag", "delay"
 OWN_VALUE = 0.03
 WITHIN_SAMPLE = 0.25
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.stats import kurtosis
 
-from softsense.diagnose.spikes import BURST
+from softsense.diagnose.spikes import BURST, PACES, paces
 from softsense.diagnose.walk import innovations, levels
 
 Floats = NDArray[np.float64]
@@ -32,8 +32,6 @@ REMEMBERED = 0.15
 FORGOTTEN, LATER = 30, 60
 SWUNG = 0.2
 GAUSSIAN = 0.5
-# How loud it is may go with so many paces of the strain.
-PACES = 20
 # The power of the moves of a walk while the strain is fast over that while it is slow: of no walk
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
@@ -104,7 +102,7 @@ def noisy(walk: Floats, speed: Floats) -> bool:
         return False
     if abs(float(kurtosis(held))) < GAUSSIAN or in_bursts(held):
         return True
-    pace = np.searchsorted(np.quantile(speed, np.linspace(0.0, 1.0, PACES + 1)[1:-1]), speed)
+    pace = paces(speed)
     power = np.bincount(pace, held**2, PACES) / np.maximum(np.bincount(pace, minlength=PACES), 1)
     return _white(held, power[pace])
 

@@ -226,7 +226,7 @@ class Nominal:
 
     def once_of(self, other: int, name: str, make: Callable[[Floats], Of]) -> Of:
         """What ``make`` makes of the signal of an ``other`` channel, made once for all."""
-        key = other, name
+        key = "of", other, name
         if key not in self.known_of_strain:
             self.known_of_strain[key] = make(self.codes[other])
         made: Of = self.known_of_strain[key]

@@ -24,7 +24,6 @@ from softsense.effects import (
 from softsense.effects.operators import SAW, SINE, compiled, spline_pieces, straight_pieces, wave
 
 FORMS = ("smooth", "linear")
-NO_MARKS: Mapping[str, float] = {}
 # Polynomials of time (Legendre) that say how a delay wanders about an even course, in seconds each.
 COURSES = tuple(f"course{k}" for k in range(2, 10))
 # And delays beyond those at even times, straight in between.
@@ -89,7 +88,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         last = first + values["skew"] * nominal.reference.duration_s
         reach = max(abs(first), abs(last)) * np.linspace(-0.3, 0.3, 7)
         ends_s = [(first + a, last + b) for a in reach for b in reach]
-        return _skewed(nominal, ends_s) + _skewed(nominal, ends_s, {STRAIGHT: 1.0})
+        return _skewed(nominal, ends_s) + _skewed(nominal, ends_s, straight=True)
     return _traces(nominal, first * np.geomspace(0.8, 1.25, 15), FORMS)
 
 
@@ -107,11 +106,16 @@ def _traces(nominal: Nominal, delays_s: Floats, forms: tuple[str, ...]) -> list[
     result = []
     for delay_s in delays_s.tolist():
         for form in forms:
-            values = {"delay_s": delay_s, **({STRAIGHT: 1.0} if form == "linear" else {})}
+            values = {"delay_s": delay_s, **_marks(form == "linear")}
             moved = partial(_moved, nominal, values)
             made = partial(_late_by, nominal, form, delay_s / nominal.dt_s)
             result.append(Candidate(made, values, form, fixed=True, moved=moved))
     return result
+
+
+def _marks(straight: bool) -> dict[str, float]:
+    """What values say besides of a delay that is ``straight`` between samples."""
+    return {STRAIGHT: 1.0} if straight else {}
 
 
 def _pieces(nominal: Nominal, form: str) -> Floats:
@@ -143,12 +147,12 @@ def _late_by(nominal: Nominal, form: str, late: float) -> Floats:
 
 
 def _skewed(
-    nominal: Nominal, ends_s: Sequence[tuple[float, float]], marks: Mapping[str, float] = NO_MARKS
+    nominal: Nominal, ends_s: Sequence[tuple[float, float]], straight: bool = False
 ) -> list[Candidate]:
     """Delays that go from one to another over the time of the reference."""
     result = []
     for first, last in ends_s:
-        values = {"delay_s": float(first), **marks}
+        values = {"delay_s": float(first), **_marks(straight)}
         if first != last:
             values["skew"] = float((last - first) / nominal.reference.duration_s)
         result.append(_changing(nominal, values))

@@ -1,8 +1,8 @@
 """Operators that several effects are made of: filters, the play operator, the strain rate.
 
-Filters are exact for inputs that are straight between samples (first-order hold). A filter that
-holds its input over a sample would lag by half a sample, which at 20 Hz is as large as many of
-the effects that are to be simulated and diagnosed.
+Filters are exact for inputs that are straight between samples (first-order hold), or smooth, where
+that is said. A filter that holds its input over a sample would lag by half a sample, which at 20 Hz
+is as large as many of the effects that are to be simulated and diagnosed.
 """
 
 from __future__ import annotations
