@@ -91,14 +91,14 @@ def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
                 assert tuple(changed) == case.truth[name]
         again = source.make(3, ("gain",), "typical")
         assert np.array_equal(again.real.codes, source.make(3, ("gain",), "typical").real.codes)
-    insole = sys.modules["insole"]
-    for name in insole.NAMES:
-        for seed in range(3):
-            case = insole.make(seed, (name,), "typical")
-            assert case.real.codes.shape == (benchmark.SAMPLES, len(case.floors))
-            assert tuple(np.flatnonzero(case.change.std(axis=0) > 0.0)) == case.truth[name]
-    again = insole.make(3, ("gain",), "typical")
-    assert np.array_equal(again.real.codes, insole.make(3, ("gain",), "typical").real.codes)
+    for origin in (sys.modules["insole"], sys.modules["arm"]):
+        for name in origin.NAMES:
+            for seed in range(3):
+                case = origin.make(seed, (name,), "typical")
+                assert case.real.codes.shape == (benchmark.SAMPLES, len(case.floors))
+                assert tuple(np.flatnonzero(case.change.std(axis=0) > 0.0)) == case.truth[name]
+        again = origin.make(3, ("gain",), "typical")
+        assert np.array_equal(again.real.codes, origin.make(3, ("gain",), "typical").real.codes)
     strange = sys.modules["strange"]
     for name in strange.FOREIGN:
         case = strange.make(3, (name,), "rich")

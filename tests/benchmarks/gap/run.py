@@ -4,9 +4,9 @@
                                      [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere``, ``liquid``, ``wearable``, ``actuator``, ``optical`` and ``insole`` have sensors,
-motions and equations of other origins, and ``strange`` has only what no entry of the catalogue
-describes.
+``elsewhere``, ``liquid``, ``wearable``, ``actuator``, ``optical``, ``insole`` and ``arm`` have
+sensors, motions and equations of other origins, and ``strange`` has only what no entry of the
+catalogue describes.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -29,6 +29,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent))
 
 import actuator
+import arm
 import cases
 import elsewhere
 import insole
@@ -65,7 +66,7 @@ RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
 HALVES = (
     *("train", "held-out", "elsewhere", "liquid", "strange"),
-    *("wearable", "actuator", "optical", "insole"),
+    *("wearable", "actuator", "optical", "insole", "arm"),
 )
 OF_OTHERS = {
     "elsewhere": elsewhere,
@@ -75,6 +76,7 @@ OF_OTHERS = {
     "actuator": actuator,
     "optical": optical,
     "insole": insole,
+    "arm": arm,
 }
 
 # What is hidden, seed, excitation, half, and what shall not be known.
