@@ -233,7 +233,8 @@ class Channel:
         """The candidates ``there`` in all other places where the effect may act."""
         effect, entries = all_effects()[name], []
         asked = self._asked(effect, nominal)
-        for place in ("", *self.nominal.places) if effect.stage == MATERIAL else ():
+        places = self.nominal.felt(effect.stage).places
+        for place in ("", *places) if effect.stage == MATERIAL else ():
             made: dict[Hashable, list[Candidate]] = {}
             for entry in there:
                 if entry.place == place:
@@ -247,7 +248,7 @@ class Channel:
 
     def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
         """``nominal`` for traces of the samples that the search looks at."""
-        asked = self.thinned(nominal)
+        asked = self.thinned(nominal.felt(effect.stage))
         return asked.kept() if effect.memoryless else asked
 
     def thinned(self, nominal: Nominal) -> Nominal:
@@ -1367,11 +1368,12 @@ def offered(
 ) -> list[Candidate]:
     """What the effect ``name`` explains in a place, or its zoom around ``near``; also beside a
     simulator that was calibrated with it there."""
+    effect = all_effects()[name]
+    nominal = nominal.felt(effect.stage)
     if place:
         there, slope = nominal.at(place)
         made = offered(there, name, near, "")
         return [candidate.through(slope, nominal.keep, place) for candidate in made]
-    effect = all_effects()[name]
     if near is None:
         made = effect.explain(nominal) if effect.explain else []
     elif EXACTLY in near:

@@ -27,11 +27,13 @@ from softsense.diagnose.moved import together
 from softsense.diagnose.nominal import (
     Motion,
     denoise,
+    felt,
     levels_of,
     lost_codes,
     motion_of,
     noise_rms,
     nominals,
+    own_ways,
     reference_of,
     spline_basis,
     told,
@@ -51,7 +53,7 @@ Floats = NDArray[np.float64]
 Offered = list[dict[str, list[Entry]]]
 
 # Of what ``augment`` needs beside diagnosis.json: another one means other things.
-SCHEMA = "softsense.augmentation/9"
+SCHEMA = "softsense.augmentation/10"
 STATIC_KNOTS = 8
 BETWEEN_S = 10.0
 # Channels hear what others make of what they hear: each time less by the crosstalk's share.
@@ -70,6 +72,9 @@ ALIKE = frozenset({"lag", "gain"})
 TOLD_AGAIN = 2
 # What spikes leave that were taken out, of what they were.
 SPIKES_LEAVE = 0.06
+# Of the noise of a channel that is strained otherwise than recorded, no more than this share is
+# taken to be in its fast moves.
+MOST_KEPT = 0.9
 # A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
 
@@ -100,7 +105,8 @@ class Past:
 
     ``target`` (samples,) in the recording's unit; ``codes`` (samples, channels) noiseless;
     ``lost`` (stretches, 4) of the converter's codes (``nominal.lost_codes``); ``levels``
-    (channels, 3) of what goes in steps (``nominal.levels_of``).
+    (channels, 3) of what goes in steps (``nominal.levels_of``); ``own`` (channels,) which way the
+    channels go that are strained otherwise (``nominal.own_ways``).
     """
 
     target: Floats
@@ -109,6 +115,7 @@ class Past:
     start_s: float
     lost: Floats
     levels: Floats
+    own: tuple[int, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -195,7 +202,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     temp_c = real.context.get("temp_c", sim.context.get("temp_c"))
     motion = motion_of(sim.target[:, 0], sim.dt_s, start_s, temp_c)
     codes = real.codes.astype(np.float64)
-    smooth, kept = denoise(sim.codes.astype(np.float64), motion, codes)
+    ways = own_ways(sim.codes.astype(np.float64), codes, motion)
+    smooth, kept = denoise(sim.codes.astype(np.float64), motion, codes, ways)
     residual = codes - smooth
     lost = lost_codes(real, sim)
     coarse = sorted({int(c) for c in lost[:, 0]})
@@ -204,10 +212,14 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     own = (simulated**2).mean(axis=0)
     # Of fast moves, in the codes themselves, some would look like noise.
     missed = np.maximum(own - noise_rms(simulated) ** 2, 0.0)
+    motion = felt(motion, smooth, ways, smooth)
+    # Where fast moves are kept as simulated, their noise is in what is left, not beside it.
+    fast = np.where(ways, np.minimum(kept, MOST_KEPT), 0.0)
+    louder = np.sqrt((1.0 + fast) / (1.0 - fast))
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)
     beside = residual - slow
-    reference = reference_of(smooth, motion, lost, levels_of(beside, smooth, motion))
+    reference = reference_of(smooth, motion, lost, levels_of(beside, smooth, motion), ways)
     met = (smooth, codes)
     plain = [f for f in variance.evident(beside, motion, coarse, met) if f.name not in without]
     alone = nominals(smooth, smooth, motion, sim.adc_bits, reference)
@@ -251,7 +263,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     if not settled:
         channels, checked = looked(quiet, known, plain, earlier)
     left = residual - said(channels, checked.models[0])
-    read = _read(channels, checked.models[0], simulated)
+    read = louder * _read(channels, checked.models[0], simulated)
     found = _found(left, checked, residual, read, motion, coarse, met, _tones(plain))
     # A tone's neighbours belong to the effects too: it is taken out of what they leave.
     rest = variance.cleaned(left, [f for f in found if f.name not in without], motion)
@@ -263,7 +275,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
         del channels, checked
         channels, checked = looked(better, known, found)
         left = residual - said(channels, checked.models[0])
-        read = _read(channels, checked.models[0], simulated)
+        read = louder * _read(channels, checked.models[0], simulated)
         found = _found(left, checked, residual, read, motion, coarse, met, _tones(found))
     nameless = any(finding.name in without for finding in found)
     found = [finding for finding in found if finding.name not in without]
@@ -310,7 +322,7 @@ def _augmented(diagnosis: Diagnosis, sim: Recording) -> Recording:
     past = diagnosis.past
     low, high = float(past.target.min()), float(past.target.max())
     alone = motion_of(sim.target[:, 0], sim.dt_s, 0.0, None, low, high)
-    codes, _ = denoise(sim.codes.astype(np.float64), alone)
+    codes, _ = denoise(sim.codes.astype(np.float64), alone, own=past.own)
     # Nobody recorded how it went from one motion to the other: straight, and then a rest.
     way = np.clip(np.linspace(0.0, 2.0, round(BETWEEN_S / sim.dt_s)), 0.0, 1.0)[:, None]
     target = sim.target[:, :1]
@@ -339,7 +351,9 @@ def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> F
     """Codes (samples, channels) that the diagnosed effects add."""
     change = np.zeros_like(smooth)
     past = diagnosis.past
-    reference = reference_of(smooth[: len(past.target)], motion, past.lost, past.levels)
+    first = smooth[: len(past.target)]
+    motion = felt(motion, smooth, past.own, first)
+    reference = reference_of(first, motion, past.lost, past.levels, past.own)
     made = nominals(smooth, smooth, motion, bits, reference)
     hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
     for _ in range(HEARINGS if hearing else 1):
@@ -357,7 +371,7 @@ def _applied(
     change = np.zeros_like(smooth)
     for channel, nominal in enumerate(made):
         if diagnosis.static.size and np.any(diagnosis.static[channel]):
-            change[:, channel] += _curve(motion) @ diagnosis.static[channel]
+            change[:, channel] += _curve(motion.felt_by(channel)) @ diagnosis.static[channel]
         done, acted_on, moved, stage = np.zeros(len(smooth)), nominal, None, ""
         for trace in diagnosis.traces:
             if trace.channel != channel:
@@ -471,17 +485,17 @@ def _channels(
     known: Sequence[str],
     earlier: Offered | None,
 ) -> list[Channel]:
-    curve = _curve(motion)
     sigma = [_noise(*each) for each in zip(made, noise, np.sqrt(own), strict=True)]
 
     signals = np.stack([nominal.u / nominal.full_scale for nominal in made])
-    felt = behind_dividers(residual.T, np.array(sigma), np.abs(made[0].rate), signals)
+    lets_through = behind_dividers(residual.T, np.array(sigma), np.abs(made[0].rate), signals)
 
     def channel(number: int) -> Channel:
         squares = float(own[number]), float(missed[number]), float(kept[number])
-        given = made[number], residual[:, number], sigma[number], curve, known, *squares
+        feels = motion.felt_by(number)
+        given = made[number], residual[:, number], sigma[number], _curve(feels), known, *squares
         before = earlier[number] if earlier else None
-        return Channel(*given, motion.history, before, felt[number])
+        return Channel(*given, feels.history, before, lets_through[number])
 
     return all_at_once(channel, range(len(made)))
 

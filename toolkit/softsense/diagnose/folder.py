@@ -70,6 +70,7 @@ def read(folder: Path) -> Diagnosis:
                 float(past["start_s"]),
                 past["lost"],
                 past["levels"],
+                tuple(past["own"].tolist()),
             )
         ends = {name: FrontEnd(**end) for name, end in state["front_ends"].items()}
         return Diagnosis(data, traces, np.asarray(state["static"], dtype=np.float64), before, ends)

@@ -73,7 +73,7 @@ def together(
     """
     samples, channels = residual.shape
     gap = float(((residual[counted] / sigma) ** 2).mean(axis=0).sum()) - channels
-    if channels < LEAST_CHANNELS or gap < LEAST_GAP:
+    if channels < LEAST_CHANNELS or gap < LEAST_GAP or any(nominals[0].reference.own):
         return Together(np.inf, gap)
     away, squares = np.zeros(samples), np.zeros(samples)
     for _ in range(NEWTON_STEPS):

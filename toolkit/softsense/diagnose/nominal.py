@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Hashable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline, PPoly
 
+from softsense.diagnose.walk import without_slow
 from softsense.effects import Curve, Nominal, Reference, by_channel
 from softsense.effects.operators import compiled, first_order_hold, low_pass, play
 from softsense.recording import Recording
@@ -32,6 +33,9 @@ SHARED = 0.8
 # Over so many samples a seldom fast move shows, by so many times the noise.
 AT_ONCE = np.full(5, 1.0 / 5.0)
 FAR = 9.0
+# Where the strain is not as recorded, so that nothing tells it, any move is there that has so many
+# times the noise in both recordings, or in one alone, where its own noise is, too.
+ANY, ANY_ALONE = 1.0, 2.0
 # Of so many strains what all channels say of them is kept, where few samples are asked for.
 STRAINS_KEPT = 256
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
@@ -40,6 +44,12 @@ CURVE_POINTS = 41
 FLATTEST = 0.15
 # So many samples at most say how the largest strain grew.
 LARGEST = 1000
+# What the history of the strain does not tell of a channel in both recordings alike, of its range,
+# where that is not what strains it, and how alike at least; and so many seconds around a sample say
+# what is slow of that.
+OWN_STRAIN = 0.006
+OWN_ALIKE = 0.2
+SLOWER_S = 5.0
 # Samples are taken together that keep so much of the power of the strain's rate.
 SLOW_KEPT = 0.9
 # Smaller strokes, as shares of the range, are no strokes; larger ones are alike within so much, if
@@ -73,13 +83,19 @@ LEVELS_ALIKE = 4
 
 @dataclass(frozen=True)
 class Motion:
-    """The common motion: ``strain`` 0 … 1, and the ``largest`` so far, of its range."""
+    """The common motion: ``strain`` 0 … 1, and the ``largest`` so far, of its range; and what
+    single channels feel ``instead``."""
 
     strain: Floats
     largest: Floats
     dt_s: float
     start_s: float
     temp_c: Floats | None
+    instead: Mapping[int, Motion] = field(default_factory=dict)
+
+    def felt_by(self, channel: int) -> Motion:
+        """What strains a channel."""
+        return self.instead.get(channel, self)
 
     @cached_property
     def history(self) -> Floats:
@@ -122,6 +138,34 @@ def motion_of(
     high = float(target.max()) if high is None else high
     strain = (target - low) / ((high - low) or 1.0)
     return Motion(strain, np.maximum.accumulate(strain), dt_s, start_s, temp_c)
+
+
+def felt(motion: Motion, codes: Floats, own: Sequence[int], reference: Floats) -> Motion:
+    """``motion`` with what the channels feel whose ``own`` way (see ``Reference``) is not 0: their
+    noiseless ``codes`` (samples, channels) within the range of those of a ``reference``."""
+    low, span = reference.min(axis=0), np.ptp(reference, axis=0)
+    instead = {}
+    for channel, way in enumerate(own):
+        if way:
+            share = (codes[:, channel] - low[channel]) / span[channel]
+            strain = share if way > 0 else 1.0 - share
+            largest = np.maximum.accumulate(strain)
+            instead[channel] = replace(motion, strain=strain, largest=largest, instead={})
+    return replace(motion, instead=instead) if instead else motion
+
+
+def own_ways(simulated: Floats, real: Floats, motion: Motion) -> tuple[int, ...]:
+    """(channels,) 0 where the history of the recorded strain says the codes of both recordings
+    (samples, channels); else which way they go with it, up or down: a sensor elsewhere on what
+    moves in more than one way is strained otherwise, in both alike."""
+    reach = round(SLOWER_S / motion.dt_s)
+    one, other = (without_slow(codes - told(codes, motion), reach) for codes in (simulated, real))
+    alike = (one * other).mean(axis=0)
+    large = alike > (OWN_STRAIN * np.ptp(simulated, axis=0)) ** 2
+    # Loud noise of both goes together by chance.
+    own = large & (alike > OWN_ALIKE * one.std(axis=0) * other.std(axis=0))
+    ways = np.where(motion.strain @ (simulated - simulated.mean(axis=0)) < 0.0, -1, 1)
+    return tuple(np.where(own, ways, 0).tolist())
 
 
 def slow_over(strain: Floats) -> int:
@@ -217,8 +261,12 @@ def history_weights(codes: Floats, motion: Motion) -> Floats:
 
 
 def told(codes: Floats, motion: Motion) -> Floats:
-    """(samples, channels) what the history of the motion tells of ``codes``."""
+    """(samples, channels) what the history of the motion tells of ``codes``, and of what single
+    channels feel."""
     result: Floats = motion.history @ history_weights(codes, motion)
+    for channel, own in motion.instead.items():
+        alone = codes[:, [channel]]
+        result[:, channel] = (own.history @ history_weights(alone, own))[:, 0]
     return result
 
 
@@ -243,29 +291,37 @@ def elastic_of(codes: Floats, motion: Motion) -> tuple[Curve, ...]:
     return tuple(Curve(curve) for curve in (always @ weights).T)
 
 
-def denoise(codes: Floats, motion: Motion, real: Floats | None = None) -> tuple[Floats, Floats]:
+def denoise(
+    codes: Floats, motion: Motion, real: Floats | None = None, own: Sequence[int] = ()
+) -> tuple[Floats, Floats]:
     """(samples, channels) nominal codes as a smooth function of strain and its history; and
     (channels,) the share of the simulation's noise that is still in them.
 
     The noise of the simulated codes is left out, which would otherwise look like a lag. ``real``
-    (samples, channels): codes that have what is fast of them too, where that is no noise.
+    (samples, channels): codes that have what is fast of them too, where that is no noise. ``own``:
+    see ``own_ways``.
     """
     smooth, kept = told(codes, motion), np.full(codes.shape[1], float((AVERAGES[0] ** 2).sum()))
     # What this cannot say is kept, averaged over two thirds of a second.
     for channel, left in enumerate((codes - smooth).T):
-        own = averaged = np.convolve(left, AVERAGES[0], "same")
-        least = BETTER * _foretold(left, own, AVERAGES[0])
+        averaged = best = np.convolve(left, AVERAGES[0], "same")
+        strained = bool(own) and own[channel] != 0
         if real is None:
-            smooth[:, channel] += own
+            if strained:
+                best = np.where(_any_fast(left - best, left - best, ANY_ALONE), left, best)
+            smooth[:, channel] += best
             continue
-        rest = real[:, channel] - smooth[:, channel] - averaged
+        least = BETTER * _foretold(left, averaged, AVERAGES[0])
+        rest = real[:, channel] - smooth[:, channel]
         for average in AVERAGES[1:]:
             other = np.convolve(left, average, "same")
             error, more = _foretold(left, other, average), other - averaged
-            if error < least and float(rest @ more) > SHARED * float(more @ more):
-                own, least, kept[channel] = other, error, float((average**2).sum())
-        fast = _fast(left - own, real[:, channel] - smooth[:, channel] - own)
-        smooth[:, channel] += np.where(fast, left, own)
+            if error < least and float((rest - averaged) @ more) > SHARED * float(more @ more):
+                best, least, kept[channel] = other, error, float((average**2).sum())
+        beyond = left - best, rest - best
+        fast = _any_fast(*beyond, ANY) if strained else _fast(*beyond)
+        smooth[:, channel] += np.where(fast, left, best)
+        kept[channel] += (1.0 - kept[channel]) * float(fast.mean())
     return smooth, kept
 
 
@@ -277,15 +333,24 @@ def _fast(simulated: Floats, real: Floats) -> NDArray[np.bool_]:
     return (there > FAR * noise_rms(simulated[:, None]) ** 2) & (both > SHARED * there)
 
 
+def _any_fast(one: Floats, other: Floats, times: float) -> NDArray[np.bool_]:
+    """(samples,) where two recordings (samples,) have more in common than their noise makes."""
+    noise = noise_rms(one[:, None]) * noise_rms(other[:, None])
+    return np.asarray(np.convolve(one * other, AT_ONCE, "same") > times * noise)
+
+
 def _foretold(signal: Floats, averaged: Floats, average: Floats) -> float:
     """Mean square error of each sample as those around it foretell it, by their ``average``."""
     beside = 1.0 - float(average[len(average) // 2])
     return float(np.mean((signal - averaged) ** 2)) / beside**2
 
 
-def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) -> Reference:
+def reference_of(
+    codes: Floats, motion: Motion, lost: Floats, levels: Floats, own: Sequence[int] | None = None
+) -> Reference:
     """The yardsticks of a recording with noiseless ``codes``, of which some are ``lost``, and with
-    ``levels`` of strain at which it goes in steps; it is the beginning of the ``motion``."""
+    ``levels`` of strain at which it goes in steps; it is the beginning of the ``motion``. ``own``:
+    see ``own_ways``."""
     duration_s = len(codes) * motion.dt_s
     low, span = codes.min(axis=0), np.ptp(codes, axis=0)
     strain = motion.strain[: len(codes)]
@@ -294,7 +359,10 @@ def reference_of(codes: Floats, motion: Motion, lost: Floats, levels: Floats) ->
     elastic = elastic_of(codes, motion if same else replace(motion, strain=strain))
     rest, start_s = codes[0].copy(), motion.start_s
     largest = motion.largest[: len(codes) : -(-len(codes) // LARGEST)]
-    return Reference(rest, low, span, start_s, duration_s, lost, levels, curves, elastic, largest)
+    ways = tuple(own or [0] * codes.shape[1])
+    return Reference(
+        rest, low, span, start_s, duration_s, lost, levels, curves, elastic, largest, ways
+    )
 
 
 def levels_of(beside: Floats, smooth: Floats, motion: Motion) -> Floats:

@@ -208,6 +208,7 @@ def tell(
             motion.start_s,
             channels[0].nominal.reference.lost,
             channels[0].nominal.reference.levels,
+            channels[0].nominal.reference.own,
         ),
         front_ends=dict(zip(sim.sensors, sim.front_ends, strict=True)),
         augmented=augmented,

@@ -266,7 +266,7 @@ def _found(
 
 
 def evident(
-    residual: Floats, motion: Motion, coarse: Sequence[int] = (), codes: Sequence[Floats] = ()
+    residual: Floats, common: Motion, coarse: Sequence[int] = (), codes: Sequence[Floats] = ()
 ) -> list[Finding]:
     """Loud tones and many spikes of each channel that are seen before anything is explained.
 
@@ -276,7 +276,7 @@ def evident(
     """
 
     def seen(c: int, heard: Sequence[float] = ()) -> list[Finding]:
-        result, signal = [], residual[:, c]
+        result, signal, motion = [], residual[:, c], common.felt_by(c)
         plain = plain_of(signal)
         line = line_of(plain, motion.dt_s, LEAST_TONE if heard else LOUD_TONE, FAST_HZ)
         if line is not None and (heard or made_by_motion(plain, motion, line)):
@@ -327,7 +327,7 @@ def cleaned(residual: Floats, found: list[Finding], motion: Motion) -> Floats:
             for _ in range(MORE_TONES):
                 plain = without_spikes(clean)
                 line = line_of(plain, motion.dt_s, LEAST_TONE)
-                if line is None or made_by_motion(plain, motion, line):
+                if line is None or made_by_motion(plain, motion.felt_by(c), line):
                     break
                 clean = without_tone(clean, line, motion.dt_s)
         return clean

@@ -492,7 +492,8 @@ def _driven_on(channels: Sequence[Channel], best: Model, motion: Motion) -> list
         picks = best.fits[channel.nominal.channel].picks
         if any(name != WALK and all_effects()[name].bent for name, _ in picks):
             continue
-        walk, history = walk[:ASKED], motion.history[:ASKED]
+        own = motion.felt_by(channel.nominal.channel)
+        walk, history = walk[:ASKED], own.history[:ASKED]
         # What is slow, a walk and the history share by chance.
         table = without_slow(np.concatenate([history, walk[:, None]], axis=1), FAST)
         columns = tuple(range(1, table.shape[1]))

@@ -155,7 +155,8 @@ class Reference:
     ``levels`` (channels, 3): how many there are in the range of what makes a channel go in steps,
     one of them, and whether that is the strain (0) or its own signal (1); zeros where nothing does.
     ``curves``: of each channel, codes over strain; ``elastic``: the same where nothing lags behind.
-    ``largest`` (some samples,): the largest strain so far.
+    ``largest`` (some samples,): the largest strain so far. ``own`` (channels,): 0, or which way a
+    channel's own signal goes with its strain, where the recorded one does not say it.
     """
 
     rest: Floats
@@ -168,6 +169,7 @@ class Reference:
     curves: tuple[Curve, ...]
     elastic: tuple[Curve, ...]
     largest: Floats
+    own: tuple[int, ...]
 
 
 def by_channel(codes: Floats) -> tuple[Floats, ...]:
@@ -186,7 +188,7 @@ class Nominal:
     ``start_s``: time of the first sample since the experiment began; ``largest``: (samples,)
     largest strain so far. ``keep``: the samples that traces are asked for; an effect may give them
     for all. ``known``, ``known_of_strain``: what ``once``, ``once_for_all`` and ``once_of`` have
-    made.
+    made. ``itself``: the strain is the channel's own signal (``felt``).
     """
 
     codes: tuple[Floats, ...]
@@ -204,6 +206,7 @@ class Nominal:
     keep: slice = field(default_factory=lambda: slice(None))
     known: dict[str, Any] = field(default_factory=dict, repr=False)
     known_of_strain: dict[Hashable, Any] = field(default_factory=dict, repr=False)
+    itself: bool = False
 
     def once(self, name: str, make: Callable[[], Of]) -> Of:
         """What ``make`` makes of the channel's signal, made once whatever samples are kept."""
@@ -251,6 +254,37 @@ class Nominal:
         largest = np.maximum.accumulate(strain)
         return replace(
             self, codes=changed, strain=strain, largest=largest, known={}, known_of_strain={}
+        )
+
+    def felt(self, stage: Stage) -> Nominal:
+        """The same as an effect of this ``stage`` has it: on a channel that is strained otherwise
+        than recorded, its own signal is what a material feels."""
+        way = self.reference.own[self.channel]
+        if not way or stage != "material":
+            return self
+        return replace(self.once("felt", lambda: self._by_itself(way)), keep=self.keep)
+
+    def _by_itself(self, way: int) -> Nominal:
+        """The same with its own signal for the strain, which goes this ``way`` with it."""
+        strain, reference = self.share if way > 0 else 1.0 - self.share, self.reference
+        largest = np.maximum.accumulate(strain)
+        straight = Curve(self.low + self.span * np.array([0.0, 1.0])[::way])
+        here, after = slice(self.channel), slice(self.channel + 1, None)
+        there = replace(
+            reference,
+            elastic=(*reference.elastic[here], straight, *reference.elastic[after]),
+            largest=largest[: round(reference.duration_s / self.dt_s)],
+            own=(*reference.own[here], 0, *reference.own[after]),
+        )
+        return replace(
+            self,
+            strain=strain,
+            largest=largest,
+            reference=there,
+            respond=lambda of, keep: straight.at(of)[keep],
+            known={},
+            known_of_strain={},
+            itself=True,
         )
 
     def kept(self) -> Nominal:

@@ -293,7 +293,9 @@ def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
         if tau_s <= SLOWEST_DASHPOT_S:
             values = {"tau_s": tau_s}
             result.append(Candidate(partial(viscous, tau_s), values, "viscous", parallel=True))
-            result.append(Candidate(partial(signed, tau_s), values, SIGNED))
+            # Of its own signal, that is a lag.
+            if not nominal.itself:
+                result.append(Candidate(partial(signed, tau_s), values, SIGNED))
     return result
 
 
