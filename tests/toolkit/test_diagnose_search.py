@@ -275,3 +275,13 @@ def test_candidates_are_the_same_ones_whatever_moves_the_strain() -> None:
         for candidate in made if effect.zoom else ():
             near = effect.zoom(nominal, candidate.values)
             assert len(effect.zoom(still, candidate.values)) == len(near), name
+
+
+def test_a_walk_takes_back_no_more_than_a_few_times_what_there_is() -> None:
+    """Of an effect beside it only what is fast is seen."""
+    x, codes = clean(9, 1500)
+    walk = np.cumsum(np.random.default_rng(3).normal(0.0, 0.5, len(x)))
+    channel = first_channel(x, codes, 0.05 * (codes[:, 0] - codes[0, 0]) + walk, ["gain"])
+    fit = channel.fit([("gain", 0), ("random_walk", 0)])
+    assert np.isfinite(channel.price(fit))
+    assert channel.price(replace(fit, weights=9.0 * fit.weights)) == np.inf

@@ -92,6 +92,8 @@ LEEWAY = 0.03
 OWN_RANDOM = 1.5
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
+# How many times the gap an effect may say that a walk takes back: only what is fast of it is seen.
+CANCELLED = 3.0
 # One of several weights is alone where it is so much of all.
 ALONE = 0.95
 # 95 % of a chi-squared variable with one degree of freedom.
@@ -179,6 +181,7 @@ class Channel:
         self._thin = slice(None, None, -(-len(residual) // most))
         self._together = slow_over(nominal.strain[self._thin])
         squares = float(np.sum(residual[self._thin] ** 2)) / sigma**2
+        self._size = float(np.sqrt(np.mean(residual[self._thin] ** 2)))
         self.samples = len(residual[self._thin])
         # Squares of the residual beyond the noise, over its variance.
         self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
@@ -1151,8 +1154,9 @@ class Channel:
         ]
 
     def _beyond(self, fit: Fit) -> list[str]:
-        """Effects whose weights are larger than physics has them, or of the other sign."""
-        result = []
+        """Effects whose weights are larger than physics has them, or of the other sign; or that say
+        far more than there is, which a walk takes back."""
+        result, walking = [], (WALK, 0) in fit.picks
         for pick, weights in self.weighted(fit):
             candidate = self.entries[pick[0]][pick[1]].candidate
             if candidate.levels is not None:
@@ -1166,9 +1170,10 @@ class Channel:
             below = candidate.positive and float(weights.min()) < 0.0
             quick = float(weights[: candidate.quick].sum()) > candidate.alone
             far = False
-            if np.isfinite(candidate.farthest):
+            if np.isfinite(candidate.farthest) or walking:
                 said = self.entries[pick[0]][pick[1]].said(weights)
                 far = float(np.ptp(said)) > 2.0 * candidate.farthest
+                far |= walking and float(said.std()) > CANCELLED * self._size
             if below or quick or far or float(sizes.max()) > most:
                 result.append(pick[0])
         return result
