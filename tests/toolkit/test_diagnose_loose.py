@@ -649,17 +649,34 @@ def test_what_is_rough_for_a_while_is_not_spiky() -> None:
     assert found["spikes"] == (2,)
 
 
-def test_noise_that_comes_with_moves_is_noise_beside_what_is_slow() -> None:
-    """What an equation of moves leaves comes with them too; what a drift leaves does not."""
+@pytest.mark.parametrize("beside", ["drift", "moves"])
+def test_noise_that_comes_with_moves_is_noise(beside: str) -> None:
+    """What an equation of moves leaves comes with them too, but on several channels, or it is not
+    white; what a drift leaves does not."""
     x, codes = clean(9, 8000)
     own, left = np.random.default_rng(19).normal(size=(2, *codes.shape))
     speed = np.abs(np.gradient(x))
     left[:, 1] *= 1.2 + speed / speed.std()
     motion = motion_of(x, 0.05, 0.0, None)
-    drift, moves = 40.0 * np.linspace(0.0, 1.0, len(x)), 300.0 * x
-    (found,) = findings(left, left + drift[:, None], own, motion, True)
+    said = {"drift": 40.0 * np.linspace(0.0, 1.0, len(x)), "moves": 300.0 * x}[beside][:, None]
+    (found,) = findings(left, left + said, own, motion, True)
     assert (found.name, found.channels) == ("noise", (1,))
-    assert findings(left, left + moves[:, None], own, motion, True) == []
+    slower = left.copy()
+    slower[1:, 1] = 0.8 * left[1:, 1] + 0.6 * left[:-1, 1]
+    assert bool(findings(slower, slower + said, own, motion, True)) == (beside == "drift")
+    both = left.copy()
+    both[:, 2] = left[:, 1] + left[:, 2]
+    assert bool(findings(both, both + said, own, motion, True)) == (beside == "drift")
+
+
+def test_noise_that_comes_with_moves_beside_play_is_all_that_is_left(monkeypatch) -> None:
+    """Heavy tails and all: nothing unknown."""
+    monkeypatch.syspath_prepend(str(GAP))
+    wearable = importlib.import_module("wearable")
+    case = wearable.make(222001, ("backlash", "noise"), "typical")
+    result = diagnose(case.sim, case.real)
+    assert set(result.effects) == {"backlash", "noise"}
+    assert not result.data["unexplained"]["unknown_effect"]
 
 
 def test_a_low_harmonic_is_gone_with_its_tone() -> None:

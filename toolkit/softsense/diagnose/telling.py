@@ -20,9 +20,10 @@ from softsense.diagnose.nominal import (
     spline_basis,
 )
 from softsense.diagnose.search import Model, model
-from softsense.diagnose.variance import Finding
+from softsense.diagnose.variance import Finding, each_alone
 from softsense.diagnose.vetting import REMAINING_ALONE, Vetted, left_share, signed, walks_of
 from softsense.diagnose.walk import levels, without_slow
+from softsense.diagnose.wandering import with_speed
 from softsense.effects import MARKS, all_effects
 from softsense.recording import Recording
 
@@ -139,7 +140,8 @@ def tell(
         best = replace(best, names=frozenset())
     if not best.names:
         change = np.zeros_like(change)
-    spoken = [c for c in range(len(channels)) if c not in checked.noisy]
+    noisy = {*checked.noisy, *_nothing_but_noise(channels, change, found)}
+    spoken = [c for c in range(len(channels)) if c not in noisy]
     told = replace(best, fits=tuple(best.fits[c] for c in spoken))
     heard = [channels[c] for c in spoken]
     left = left_share(heard, told)
@@ -219,6 +221,17 @@ def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
     raw = sum(c.excess - c.samples * (c.noise / c.sigma**2 - 1.0) for c in channels)
     return raw > UNKNOWN_GAP * channels[0].samples and left_share(channels, best) > UNKNOWN_SHARE
+
+
+def _nothing_but_noise(
+    channels: Sequence[Channel], change: Floats, found: Sequence[Finding]
+) -> set[int]:
+    """Channels with a noise that was ``found``, of which nothing else is left by a ``change``
+    (samples, channels): how loud it is where the strain is fast, the rest does not tell."""
+    left = np.stack([channel.residual for channel in channels], axis=1) - change
+    alone, speed = each_alone(left), np.abs(channels[0].nominal.rate)
+    loud = {c for finding in found if finding.name == "noise" for c in finding.channels}
+    return {c for c in loud if alone[c] and with_speed(left[:, c] - left[:, c].mean(), speed)}
 
 
 def _remains(

@@ -63,6 +63,8 @@ RATHER_UNEVEN = 1.5
 BURSTS = 1.5
 # The slowest of so many samples are still.
 STILL = 0.2
+# Noise of two channels goes together by less than this.
+OWN_NOISE = 0.2
 # Within so many samples an edge of what was explained is no spike.
 SPIKE_EDGE = 7
 # Of the spikes in an effect's leftovers such a share must stand out: what is rough in places only
@@ -116,17 +118,20 @@ def findings(
     ``codes``, each (samples, channels), which may tell what is sharp. ``noisy``: channels whose gap
     is noise.
     """
-    there, covariates = noise_rms(own), _covariates(motion)
+    there = noise_rms(own)
+    alone = each_alone(left)
 
     def of_channel(c: int, heard: Sequence[float] = heard) -> _Found:
+        covariates = _covariates(motion.felt_by(c))
         return _found(
             left[:, c],
             residual[:, c],
             own[:, c],
             float(there[c]),
-            motion,
+            motion.felt_by(c),
             covariates[1:] if c in bent else covariates,
             explained,
+            bool(alone[c]),
             c in walking,
             c in edged,
             heard,
@@ -188,13 +193,15 @@ def _found(
     motion: Motion,
     covariates: Sequence[Floats],
     explained: bool,
+    alone: bool,
     walking: bool,
     edged: bool,
     heard: Sequence[float],
     coarse: bool,
     codes: Sequence[Floats],
 ) -> _Found:
-    """``findings`` of one channel: all (samples,). ``there``: the simulation's noise."""
+    """``findings`` of one channel: all (samples,). ``there``: the simulation's noise; ``alone``:
+    no other channel has anything of what is left."""
     enough = MANY * SPIKE_COUNT if explained else SPIKE_COUNT
     # Each is looked for without the others: a tone hides spikes, and both pass for noise.
     rest = left
@@ -247,7 +254,7 @@ def _found(
     unevenness = UNEVEN_BESIDE if moving else UNEVEN
     if walking:
         level = min(level, _under_walk(left))
-    if moving:
+    if moving and not (alone and wandering.with_speed(rest - rest.mean(), covariates[-1])):
         level, covariates = min(level, _still(rest, motion)), covariates[:-1]
     here, simulated = _unevenness(rest, covariates), _unevenness(own, covariates)
     uneven = here > unevenness >= simulated
@@ -354,6 +361,13 @@ def _apart(more: Mapping[int, float]) -> set[int]:
         return others if all(more[c] > BESIDE_RIGHT for c in others) else set()
     apart = all(more[c] > LONE_FACTOR * most for c in others)
     return others if apart and len(usual) >= max(AGREEING, len(others) + 1) else set()
+
+
+def each_alone(left: Floats) -> NDArray[np.bool_]:
+    """(channels,) whether a channel of ``left`` (samples, channels) goes with no other one."""
+    together = np.abs(np.atleast_2d(np.corrcoef(left.T)))
+    np.fill_diagonal(together, 0.0)
+    return np.asarray(together.max(axis=0) < OWN_NOISE)
 
 
 def _still(left: Floats, motion: Motion) -> float:

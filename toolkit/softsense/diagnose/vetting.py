@@ -30,6 +30,7 @@ from softsense.diagnose.search import (
     refined,
     weighed,
 )
+from softsense.diagnose.variance import each_alone
 from softsense.diagnose.walk import CALM, innovations, levels, without_slow
 from softsense.effects import all_effects
 from softsense.effects.overshoot import SIGNED
@@ -72,8 +73,6 @@ MOVED_RIGHT = 0.002
 FAR_WORSE = 3.0
 # A gap of which an effect leaves less than this share is no noise.
 OF_NOISE = 0.5
-# Noise of two channels goes together by less than this.
-OWN_NOISE = 0.2
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
 LAG, DELAY = "lag", "delay"
@@ -243,13 +242,11 @@ def _noisy(channels: Sequence[Channel], said: Model) -> tuple[int, ...]:
     touches the specimen shows on several. An effect says all on some channel."""
     there = [both for both in zip(channels, said.fits, strict=True) if both[0].entries]
     gaping = [(channel, fit) for channel, fit in there if channel.left(fit) > channel.effect_price]
-    if said.names and len(gaping) == len(there):
+    if not gaping or (said.names and len(gaping) == len(there)):
         return ()
     gaps = all_at_once(lambda both: both[0].residual - both[0].predicted(both[1]), gaping)
-    if len(gaps) > 1:
-        together = np.asarray(np.corrcoef(np.stack(gaps)))
-        if np.abs(together[np.triu_indices(len(together), 1)]).max() > OWN_NOISE:
-            return ()
+    if not each_alone(np.stack(gaps, axis=1)).all():
+        return ()
     speed = np.abs(channels[0].nominal.rate)
     if not all(wandering.noisy(left, speed) for left in gaps):
         return ()

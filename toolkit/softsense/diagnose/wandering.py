@@ -32,6 +32,10 @@ REMEMBERED = 0.15
 FORGOTTEN, LATER = 30, 60
 SWUNG = 0.2
 GAUSSIAN = 0.5
+# Noise that goes with the speed remembers less than this of any sample before, of so many; and has
+# a kurtosis of no more than this at any pace.
+WHITE, WHITE_SAMPLES = 0.1, 10
+PACED = 15.0
 # The power of the moves of a walk while the strain is fast over that while it is slow: of no walk
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
@@ -102,9 +106,21 @@ def noisy(walk: Floats, speed: Floats) -> bool:
         return False
     if abs(float(kurtosis(held))) < GAUSSIAN or in_bursts(held):
         return True
+    return _white(held, _power_at(held, speed))
+
+
+def with_speed(held: Floats, speed: Floats) -> bool:
+    """Whether ``held`` (samples,), of mean 0, is white noise that is louder with the ``speed``
+    (samples,), if not Gaussian."""
+    after = np.abs(_echoes(held)[:WHITE_SAMPLES]).max()
+    return bool(after < WHITE) and _kurtosis_for(held, _power_at(held, speed)) < PACED
+
+
+def _power_at(held: Floats, speed: Floats) -> Floats:
+    """(samples,) the mean square of ``held`` (samples,) at the pace of each sample."""
     pace = paces(speed)
     power = np.bincount(pace, held**2, PACES) / np.maximum(np.bincount(pace, minlength=PACES), 1)
-    return _white(held, power[pace])
+    return np.asarray(power[pace])
 
 
 def in_bursts(held: Floats) -> bool:
@@ -115,8 +131,13 @@ def in_bursts(held: Floats) -> bool:
 def _white(held: Floats, power: Floats) -> bool:
     """Whether ``held`` (samples,) is white, and Gaussian for the ``power`` (samples,) that it has
     where it is."""
-    here = float(kurtosis(held / np.sqrt(np.maximum(power, 1e-24))))
+    here = _kurtosis_for(held, power)
     return abs(float(_echoes(held)[0])) < REMEMBERED and abs(here) < GAUSSIAN
+
+
+def _kurtosis_for(held: Floats, power: Floats) -> float:
+    """The excess kurtosis of ``held`` (samples,) for the ``power`` (samples,) that it has."""
+    return float(kurtosis(held / np.sqrt(np.maximum(power, 1e-24))))
 
 
 def _echoes(held: Floats) -> Floats:
