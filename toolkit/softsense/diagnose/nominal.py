@@ -318,10 +318,12 @@ def denoise(
             error, more = _foretold(left, other, average), other - averaged
             if error < least and float((rest - averaged) @ more) > SHARED * float(more @ more):
                 best, least, kept[channel] = other, error, float((average**2).sum())
-        beyond = left - best, rest - best
-        fast = _any_fast(*beyond, ANY) if strained else _fast(*beyond)
+        if strained:
+            fast = _any_fast(left - best, rest - best, ANY)
+            kept[channel] += (1.0 - kept[channel]) * float(fast.mean())
+        else:
+            fast = _fast(left - best, rest - best)
         smooth[:, channel] += np.where(fast, left, best)
-        kept[channel] += (1.0 - kept[channel]) * float(fast.mean())
     return smooth, kept
 
 
