@@ -90,6 +90,9 @@ SHARE_OF_LEFT = 2.0
 LEEWAY = 0.03
 # A residual within this much of what the simulation has of its own (over the noise) is no gap.
 OWN_RANDOM = 1.5
+# Of the noise of a channel that is strained otherwise than recorded, no more than this share is
+# taken to be in its fast moves.
+MOST_KEPT = 0.9
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
 # How many times the gap an effect may say that a walk takes back: only what is fast of it is seen.
@@ -175,7 +178,10 @@ class Channel:
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         # The slow part of the simulation's noise is still in its nominal signal, and what of its
         # motion nobody could tell is not.
-        self.noise = sigma**2 + kept * min(own, sigma**2) + missed
+        strained = nominal.reference.own[nominal.channel] != 0
+        # Where fast moves are kept as simulated, nothing is beside them.
+        beside = own / (1.0 - min(kept, MOST_KEPT)) if strained else own
+        self.noise = sigma**2 + kept * min(beside, sigma**2) + missed
         self.long = len(residual) > LONG * SEARCHED
         most = SEARCHED_OF_LONG if self.long else SEARCHED
         self._thin = slice(None, None, -(-len(residual) // most))
@@ -183,8 +189,9 @@ class Channel:
         squares = float(np.sum(residual[self._thin] ** 2)) / sigma**2
         self._size = float(np.sqrt(np.mean(residual[self._thin] ** 2)))
         self.samples = len(residual[self._thin])
-        # Squares of the residual beyond the noise, over its variance.
-        self.excess = 0.0 if self.quiet else max(squares - self.samples, 0.0)
+        # Squares of the residual beyond the noise, over its variance; with what fast moves keep.
+        usual = self.samples * (self.noise / sigma**2 if strained else 1.0)
+        self.excess = 0.0 if self.quiet else max(squares - usual, 0.0)
         # Squares of its moves from sample to sample, in noise variances.
         self.pace = max(float(np.sum(np.diff(nominal.u) ** 2)) / sigma**2, 1.0)
         self.weight_price = WEIGHT_PRICE + WEIGHT_SHARE * self.excess

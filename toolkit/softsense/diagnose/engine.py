@@ -20,7 +20,14 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import SEARCHED, WALK, Channel, acts_on_change, explained
+from softsense.diagnose.channel import (
+    MOST_KEPT,
+    SEARCHED,
+    WALK,
+    Channel,
+    acts_on_change,
+    explained,
+)
 from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.design import Entry
 from softsense.diagnose.moved import together
@@ -72,9 +79,6 @@ ALIKE = frozenset({"lag", "gain"})
 TOLD_AGAIN = 2
 # What spikes leave that were taken out, of what they were.
 SPIKES_LEAVE = 0.06
-# Of the noise of a channel that is strained otherwise than recorded, no more than this share is
-# taken to be in its fast moves.
-MOST_KEPT = 0.9
 # A residual that changes by less of its noise variance is searched once.
 SAME = 0.05
 
