@@ -90,9 +90,6 @@ SHARE_OF_LEFT = 2.0
 LEEWAY = 0.03
 # A residual within this much of what the simulation has of its own (over the noise) is no gap.
 OWN_RANDOM = 1.5
-# Of the noise of a channel that is strained otherwise than recorded, no more than this share is
-# taken to be in its fast moves.
-MOST_KEPT = 0.9
 # Sum of sizes over size of the sum of weights that should have one sign.
 CANCELLING = 2.0
 # How many times the gap an effect may say that a walk takes back: only what is fast of it is seen.
@@ -176,12 +173,12 @@ class Channel:
         self.guard = min(1.0, max(LOUD * own / sigma**2, LEAST_GUARD))
         self.quiet = own > OWN_RANDOM * sigma**2 and square < OWN_RANDOM * own
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
-        # The slow part of the simulation's noise is still in its nominal signal, and what of its
-        # motion nobody could tell is not.
+        # Where fast moves are kept as simulated, nothing of the simulation's noise is beside them.
         strained = nominal.reference.own[nominal.channel] != 0
-        # Where fast moves are kept as simulated, nothing is beside them.
-        beside = own / (1.0 - min(kept, MOST_KEPT)) if strained else own
-        self.noise = sigma**2 + kept * min(beside, sigma**2) + missed
+        simulated = own / (1.0 - kept) if strained else own
+        # The slow part of that noise is still in the nominal signal, and what of its motion nobody
+        # could tell is not.
+        self.noise = sigma**2 + kept * min(simulated, sigma**2) + missed
         self.long = len(residual) > LONG * SEARCHED
         most = SEARCHED_OF_LONG if self.long else SEARCHED
         self._thin = slice(None, None, -(-len(residual) // most))
@@ -258,6 +255,7 @@ class Channel:
 
     def _asked(self, effect: Effect, nominal: Nominal) -> Nominal:
         """``nominal`` for traces of the samples that the search looks at."""
+        # Before samples are left out: the largest strain so far is one of all.
         asked = self.thinned(nominal.felt(effect.stage))
         return asked.kept() if effect.memoryless else asked
 

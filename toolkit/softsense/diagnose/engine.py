@@ -20,14 +20,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import (
-    MOST_KEPT,
-    SEARCHED,
-    WALK,
-    Channel,
-    acts_on_change,
-    explained,
-)
+from softsense.diagnose.channel import SEARCHED, WALK, Channel, acts_on_change, explained
 from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.design import Entry
 from softsense.diagnose.moved import together
@@ -218,7 +211,7 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     missed = np.maximum(own - noise_rms(simulated) ** 2, 0.0)
     motion = felt(motion, smooth, ways, smooth)
     # Where fast moves are kept as simulated, their noise is in what is left, not beside it.
-    fast = np.where(ways, np.minimum(kept, MOST_KEPT), 0.0)
+    fast = np.where(ways, kept, 0.0)
     louder = np.sqrt((1.0 + fast) / (1.0 - fast))
     # Tones and spikes stand out more beside what the history of the motion does not tell.
     slow = told(residual, motion)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline, PPoly
 
 from softsense.diagnose.walk import without_slow
-from softsense.effects import Curve, Nominal, Reference, by_channel
+from softsense.effects import Curve, Nominal, Reference, along, by_channel
 from softsense.effects.operators import compiled, first_order_hold, low_pass, play
 from softsense.recording import Recording
 
@@ -36,6 +36,8 @@ FAR = 9.0
 # Where the strain is not as recorded, so that nothing tells it, any move is there that has so many
 # times the noise in both recordings, or in one alone, where its own noise is, too.
 ANY, ANY_ALONE = 1.0, 2.0
+# No more than this share of its noise is taken to be in such moves.
+MOST_KEPT = 0.9
 # Of so many strains what all channels say of them is kept, where few samples are asked for.
 STRAINS_KEPT = 256
 # Splines of a static curve, how many points of it are kept, and how flat it may be of its mean.
@@ -148,7 +150,7 @@ def felt(motion: Motion, codes: Floats, own: Sequence[int], reference: Floats) -
     for channel, way in enumerate(own):
         if way:
             share = (codes[:, channel] - low[channel]) / span[channel]
-            strain = share if way > 0 else 1.0 - share
+            strain = along(share, way)
             largest = np.maximum.accumulate(strain)
             instead[channel] = replace(motion, strain=strain, largest=largest, instead={})
     return replace(motion, instead=instead) if instead else motion
@@ -320,7 +322,8 @@ def denoise(
                 best, least, kept[channel] = other, error, float((average**2).sum())
         if strained:
             fast = _any_fast(left - best, rest - best, ANY)
-            kept[channel] += (1.0 - kept[channel]) * float(fast.mean())
+            share = kept[channel] + (1.0 - kept[channel]) * float(fast.mean())
+            kept[channel] = min(share, MOST_KEPT)
         else:
             fast = _fast(left - best, rest - best)
         smooth[:, channel] += np.where(fast, left, best)

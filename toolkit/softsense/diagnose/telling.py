@@ -140,7 +140,7 @@ def tell(
         best = replace(best, names=frozenset())
     if not best.names:
         change = np.zeros_like(change)
-    noisy = {*checked.noisy, *_nothing_but_noise(channels, change, found)}
+    noisy = {*checked.noisy, *_nothing_but_noise(channels, change, found, motion)}
     spoken = [c for c in range(len(channels)) if c not in noisy]
     told = replace(best, fits=tuple(best.fits[c] for c in spoken))
     heard = [channels[c] for c in spoken]
@@ -224,14 +224,18 @@ def _unknown(channels: Sequence[Channel], best: Model) -> bool:
 
 
 def _nothing_but_noise(
-    channels: Sequence[Channel], change: Floats, found: Sequence[Finding]
+    channels: Sequence[Channel], change: Floats, found: Sequence[Finding], motion: Motion
 ) -> set[int]:
     """Channels with a noise that was ``found``, of which nothing else is left by a ``change``
     (samples, channels): how loud it is where the strain is fast, the rest does not tell."""
     left = np.stack([channel.residual for channel in channels], axis=1) - change
-    alone, speed = each_alone(left), np.abs(channels[0].nominal.rate)
+    alone, calm = each_alone(left), left - left.mean(axis=0)
     loud = {c for finding in found if finding.name == "noise" for c in finding.channels}
-    return {c for c in loud if alone[c] and with_speed(left[:, c] - left[:, c].mean(), speed)}
+
+    def white(c: int) -> bool:
+        return with_speed(calm[:, c], np.abs(np.gradient(motion.felt_by(c).strain)))
+
+    return {c for c in loud if alone[c] and white(c)}
 
 
 def _remains(

@@ -273,7 +273,7 @@ def _found(
 
 
 def evident(
-    residual: Floats, common: Motion, coarse: Sequence[int] = (), codes: Sequence[Floats] = ()
+    residual: Floats, motion: Motion, coarse: Sequence[int] = (), codes: Sequence[Floats] = ()
 ) -> list[Finding]:
     """Loud tones and many spikes of each channel that are seen before anything is explained.
 
@@ -283,13 +283,13 @@ def evident(
     """
 
     def seen(c: int, heard: Sequence[float] = ()) -> list[Finding]:
-        result, signal, motion = [], residual[:, c], common.felt_by(c)
+        result, signal, feels = [], residual[:, c], motion.felt_by(c)
         plain = plain_of(signal)
         line = line_of(plain, motion.dt_s, LEAST_TONE if heard else LOUD_TONE, FAST_HZ)
-        if line is not None and (heard or made_by_motion(plain, motion, line)):
+        if line is not None and (heard or made_by_motion(plain, feels, line)):
             line = next((f for f in heard if abs(line - f) < SAME_HZ), None)
         if line is None:
-            line = slow_line(plain, motion, LEAST_SLOW if heard else SLOW_SHARE)
+            line = slow_line(plain, feels, LEAST_SLOW if heard else SLOW_SHARE)
         if line is not None:
             result.append(Finding("interference", (c,), line, "frequency_hz"))
             signal = without_tone(signal, line, motion.dt_s)

@@ -110,8 +110,8 @@ def noisy(walk: Floats, speed: Floats) -> bool:
 
 
 def with_speed(held: Floats, speed: Floats) -> bool:
-    """Whether ``held`` (samples,), of mean 0, is white noise that is louder with the ``speed``
-    (samples,), if not Gaussian."""
+    """Whether ``held`` (samples,), of mean 0, is white noise, however loud it is at what ``speed``
+    (samples,) and if not Gaussian."""
     after = np.abs(_echoes(held)[:WHITE_SAMPLES]).max()
     return bool(after < WHITE) and _kurtosis_for(held, _power_at(held, speed)) < PACED
 

@@ -172,6 +172,11 @@ class Reference:
     own: tuple[int, ...]
 
 
+def along(share: Floats, way: int) -> Floats:
+    """(samples,) a strain that goes this ``way``, up or down, with a ``share`` (samples,)."""
+    return share if way > 0 else 1.0 - share
+
+
 def by_channel(codes: Floats) -> tuple[Floats, ...]:
     """(samples,) of each channel of ``codes`` (samples, channels), each in one piece of memory."""
     return tuple(np.ascontiguousarray(codes.T))
@@ -266,7 +271,7 @@ class Nominal:
 
     def _by_itself(self, way: int) -> Nominal:
         """The same with its own signal for the strain, which goes this ``way`` with it."""
-        strain, reference = self.share if way > 0 else 1.0 - self.share, self.reference
+        strain, reference = along(self.share, way), self.reference
         largest = np.maximum.accumulate(strain)
         straight = Curve(self.low + self.span * np.array([0.0, 1.0])[::way])
         here, after = slice(self.channel), slice(self.channel + 1, None)
