@@ -207,6 +207,21 @@ def test_a_carriage_that_rolls_on_in_its_play_is_backlash() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
+def test_a_drive_that_slips_before_it_takes_hold_and_stays_there_is_backlash() -> None:
+    """What it has slipped it never makes up for, so it goes astray like a walk."""
+    x, codes = clean(63)
+    crept, at, bent = np.empty(len(x)), x[0], 0.0
+    for k, move in enumerate(np.diff(x, prepend=x[0])):
+        for part in np.full(20, move / 20):
+            at += part * min(0.5 * (1.0 + np.sign(part) * bent), 1.0) ** 2.5
+            bent = min(max(bent + part / 0.02, -1.0), 1.0)
+        crept[k] = at
+    result = diagnose(recorded(x, codes, 1), recorded(x, sensed(crept), 2))
+    assert result.effects == ("backlash",)
+    assert {trace.form for trace in result.traces} == {"creeping"}
+    assert result.data["unexplained"]["share"] < 1e-3
+
+
 def test_play_that_a_spring_takes_up_is_backlash() -> None:
     x, codes = clean(62)
     taken, at = np.empty(len(x)), x[0]

@@ -45,6 +45,8 @@ CENTRED_S = (8.0, 22.0, 60.0)
 SOFTNESSES = (0.1, 0.18, 0.3)
 # How suddenly a drive that gives way takes hold: 0 is play, 1 is Dahl's friction in its middle.
 POWERS = (0.3, 0.7, 1.5)
+# How late a drive that creeps along passes moves on.
+LATE = (1.5, 2.5, 4.0)
 # What is left of the play once a drive that stuck is moving.
 MOVING = (0.35, 0.6, 0.85)
 # Where a drive is none of these: the logarithm of how many times as wide it is at even places of
@@ -275,6 +277,30 @@ def _giving_way(strain: Floats, width: float, power: float) -> Floats:
     return output
 
 
+def _creeping(nominal: Nominal, width: float, late: float) -> Floats:
+    """A drive that slips a little before it takes hold, and never makes up for it (Dupont et al.
+    2002)."""
+    moved: Floats = _slipping(nominal.strain, width, late)
+    return moved
+
+
+@compiled
+def _slipping(strain: Floats, width: float, late: float) -> Floats:
+    """(samples,) y with dy = dx ((1 + z) / 2)^late upwards, where z, from -1 to 1, is how far the
+    contact is bent, which takes ``width`` from one end to the other."""
+    output = np.empty_like(strain)
+    bent, y, x = 0.0, strain[0], strain[0]
+    for k in range(len(strain)):
+        move = (strain[k] - x) / PARTS
+        for _ in range(PARTS):
+            halfway = min(max(bent + move / width, -1.0), 1.0)
+            y += move * (0.5 * (1.0 + halfway if move > 0.0 else 1.0 - halfway)) ** late
+            bent = min(max(bent + 2.0 * move / width, -1.0), 1.0)
+        x = strain[k]
+        output[k] = y
+    return output
+
+
 def _stuck(nominal: Nominal, width: float, moving: float) -> Floats:
     """A drive that sticks after each reversal, and jumps on (Choudhury et al. 2005)."""
     moved: Floats = _jumping(nominal.strain, width, moving)
@@ -408,6 +434,7 @@ _FORMS: dict[
     "slack": ("slack", _behind_slack, SLACK, np.geomspace(0.85, 1.18, 3)),
     "softness": ("soft", _soft, SOFTNESSES, np.geomspace(0.85, 1.5, 5)),
     "power": ("compliant", _compliant, POWERS, np.geomspace(0.9, 1.8, 4)),
+    "late": ("creeping", _creeping, LATE, np.geomspace(0.9, 1.8, 4)),
     "moving": ("stuck", _stuck, MOVING, np.geomspace(0.9, 1.6, 4)),
     "centred_s": ("centred", _centred, CENTRED_S, np.geomspace(0.95, 1.2, 4)),
     "rolls_s": ("coasting", _coasting, ROLLS_S, np.geomspace(0.75, 1.25, 5)),
