@@ -335,6 +335,18 @@ def test_a_gain_of_what_is_no_signal_where_it_begins_is_a_gain() -> None:
     ]
 
 
+def test_a_magnet_that_ages_by_decades_is_a_gain() -> None:
+    """It is far away at rest, so that no field is beyond all that is read."""
+    x, codes = clean(46)
+    no_field = codes[0] + 0.9 * np.ptp(codes, axis=0)
+    more = -0.02 * np.log1p(np.arange(len(x)) / (5.0 * RATE_HZ))[:, None] * (codes - no_field)
+    more[:, 1] = 0.0
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("gain", ["s1", "s3", "s4"])
+    ]
+
+
 @pytest.mark.parametrize("zero", [0.0, 2048.0])
 @pytest.mark.parametrize("course", ["always", "growing", "running in"])
 def test_a_gain_of_all_that_is_read_is_a_gain(zero: float, course: str) -> None:

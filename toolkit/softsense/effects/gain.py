@@ -37,9 +37,12 @@ TRANSFERRED = (-0.25, -0.07, 0.07, 0.25)
 NEAR = (-0.06, -0.03, -0.015, 0.0, 0.015, 0.03, 0.06)
 ANYWHERE = np.linspace(-1.0, 1.0, 21).tolist()
 # Where the signal is 0 besides: where the recording begins, the converter's zero, its middle (a
-# bridge), and where nothing is strained.
+# bridge), and where nothing is strained; and a span off on either side, as of a magnet far away.
 REST = 0
 ZEROS = (REST, 1, 2, 3)
+FAR_ZEROS = (4, 5)
+# In how many seconds it first loses much that goes with the logarithm of time.
+LOG_S = (1.0, 8.0, 60.0)
 FROM = "from"
 # In every other form it ages, by a law of a material.
 CONSTANT = "constant"
@@ -83,6 +86,7 @@ def explain(nominal: Nominal) -> list[Candidate]:
         *_grown(nominal, _induced(nominal, (0.15, 0.3, 0.45), (0.1,))),
         *_grown(nominal, _logarithmic(nominal, (2.0, 20.0))),
         *_grown(nominal, _settling(nominal, (0.2, 0.35, 0.6), (1.5, 2.0))),
+        *_grown(nominal, _by_decades(nominal, LOG_S), (*ZEROS, *FAR_ZEROS)),
     ]
 
 
@@ -102,6 +106,9 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "ways" in values:
         ways = (values["ways"] * np.geomspace(0.25, 4.0, 7)).tolist()
         return _grown(nominal, _logarithmic(nominal, ways), from_zero)
+    if "log_s" in values:
+        times = (values["log_s"] * np.geomspace(0.25, 4.0, 7)).tolist()
+        return _grown(nominal, _by_decades(nominal, times), from_zero)
     if "begins" in values:
         near = (values["begins"] + np.array([-0.05, -0.025, 0.0, 0.025, 0.05])).tolist()
         return _grown(nominal, _induced(nominal, near, (0.03, 0.06, 0.1, 0.15, 0.2)), from_zero)
@@ -124,7 +131,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
 def _grown(
     nominal: Nominal, courses: Sequence[Course], zeros: Sequence[int] = (REST,)
 ) -> list[Candidate]:
-    """The signal, from each of ``zeros`` of ``ZEROS``, times each of ``courses``."""
+    """The signal, from each of ``zeros``, times each of ``courses``."""
     result = []
     for zero in zeros:
         moved, mark = _moved(nominal, zero), {} if zero == REST else {FROM: float(zero)}
@@ -142,8 +149,11 @@ def _time(nominal: Nominal) -> Floats:
 
 
 def _moved(nominal: Nominal, zero: int = REST) -> Floats:
-    """(kept samples,) codes from one of ``ZEROS``."""
-    at = nominal.rest, 0.0, 0.5 * nominal.full_scale, float(nominal.curve.codes[0])
+    """(kept samples,) codes from one of ``ZEROS`` or ``FAR_ZEROS``."""
+    at = (
+        *(nominal.rest, 0.0, 0.5 * nominal.full_scale, float(nominal.curve.codes[0])),
+        *(nominal.rest - nominal.span, nominal.rest + nominal.span),
+    )
     moved: Floats = nominal.u[nominal.keep] - at[zero]
     return moved
 
@@ -173,6 +183,13 @@ def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Course]:
     """With the logarithm of the way gone."""
     way = nominal.way
     return [(np.log1p(way / one), {"ways": one}, "logarithmic") for one in ways]
+
+
+def _by_decades(nominal: Nominal, times_s: Sequence[float]) -> list[Course]:
+    """With the logarithm of time, as of a magnet (Street and Woolley, Proc. Phys. Soc. A 62, 1949)
+    or a poled ceramic."""
+    t_s = _time(nominal) * REFERENCE_S
+    return [(np.log1p(t_s / one), {"log_s": one}, "by decades") for one in times_s]
 
 
 def _settling(nominal: Nominal, parts: Sequence[float], orders: Sequence[float]) -> list[Course]:
