@@ -56,6 +56,14 @@ def test_a_close_look_begins_where_the_coarse_one_stood(
     assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
 
 
+def test_two_effects_that_say_little_alone_are_found_together(monkeypatch) -> None:
+    """A case of the training half: five effects alone cost less than either."""
+    monkeypatch.syspath_prepend(str(GAP))
+    names = ("backlash", "adc_nonlinearity")
+    case = importlib.import_module("cases").make(250096, names, "rich", False)
+    assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
+
+
 def test_what_moves_nothing_on_a_channel_keeps_its_curve_there() -> None:
     """Without it, that channel would seem to cost little."""
     x, codes = clean(3, 1500)

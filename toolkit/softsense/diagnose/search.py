@@ -31,7 +31,7 @@ from softsense.effects import all_effects
 # Pairs begin with the most promising single effects, those that cost no more than so many times the
 # cheapest, and fewer at a close look, for which so many pairs are chosen, and so many without a
 # walk; triples, which are only looked at closely, begin with the best pairs.
-BEAM = 5
+BEAM = 8
 LIKELY = 8.0
 PROMISING = 3.0
 SHORT_BEAM = 2
@@ -304,13 +304,13 @@ def search(
         return coarse
     together = _zoomed(channels, coarse)
     beside = {name for made in together for name in made.names}
-    near = [made for made in coarse if len(made.names) == 1] + together
+    promising = [made for made in coarse if len(made.names) == 1] + together
 
     # What does not pay on the coarse grid may pay on the fine one.
     stood = [
         [
             fit
-            for m in near
+            for m in promising
             for fit in (
                 m.fits[c],
                 channels[c].best(m.names - moving(), channels[c].held(m.fits[c])),
@@ -358,7 +358,8 @@ def search(
     if not channels[0].long:
         each = list(zip(channels, _said_elsewhere(channels, names), strict=True))
         all_at_once(lambda one: one[0].begin_with(one[1]), each)
-    fine = _chosen_again(channels, _models(channels, names, PROMISING, _near(coarse)))
+    near = [*_near(coarse), *(made.names for made in together)]
+    fine = _chosen_again(channels, _models(channels, names, PROMISING, near))
     enough = np.inf
     if channels[0].long:
         enough = HOPELESS * _left(channels, fine[0])
@@ -390,8 +391,8 @@ def search(
         several, later = [made for made in fine[:1] if len(made.names) > 1], []
     done = _composed(channels, several, to_beat.price)
     told = any(_left(channels, b) < TOLD_MORE * _left(channels, a) for a, b in done)
-    near = [after for _, after in done if WALK not in after.names or to_beat is not named]
-    if told or _left(channels, by_price([to_beat, *near])[0]) > UNTOLD * _for_one_each(channels):
+    closest = [after for _, after in done if WALK not in after.names or to_beat is not named]
+    if told or _left(channels, by_price([to_beat, *closest])[0]) > UNTOLD * _for_one_each(channels):
         done += _composed(channels, later, to_beat.price)
     untouched = [made for made in fine if made not in [before for before, _ in done]]
     found = [after for _, after in done]
