@@ -913,10 +913,15 @@ def test_what_a_rail_leaves_beside_it_is_no_jump_of_a_walk(off: int, jumps: bool
     assert bool(vetting._jerky_on([channel], made, 0)) is jumps
 
 
-@pytest.mark.parametrize(("left", "walks"), [(0.8, False), (1.0, True)])
-def test_a_walk_beside_an_effect_says_what_no_others_do(left: float, walks: bool) -> None:
+@pytest.mark.parametrize(
+    ("gap", "left", "walks"),
+    [(60.0, 0.8, False), (60.0, 1.0, True), (600.0, 2.9, False), (600.0, 3.1, True)],
+)
+def test_a_walk_beside_an_effect_says_what_no_others_do(
+    gap: float, left: float, walks: bool
+) -> None:
     """It follows whatever is slow, and so the little that is left of a large gap."""
-    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=60.0)]
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=gap, samples=1)]
     beside = Model(frozenset({"gain", "random_walk"}), (fit_with("gain+random_walk", 0.1),), 1.0)
     creep = Model(frozenset({"drift"}), (fit_with("drift", left),), 2.0)
     assert (_walk_last(channels, [beside, creep])[0] is beside) is walks
@@ -925,7 +930,7 @@ def test_a_walk_beside_an_effect_says_what_no_others_do(left: float, walks: bool
 @pytest.mark.parametrize(("left", "walks"), [(0.7, False), (0.9, True)])
 def test_a_walk_alone_leaves_less_than_effects_do(left: float, walks: bool) -> None:
     """Or they say the gap, though they may cost more."""
-    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=60.0)]
+    channels = [SimpleNamespace(left=lambda fit: fit.errors[0], excess=60.0, samples=1)]
     walk = Model(frozenset({"random_walk"}), (fit_with("random_walk", 0.8),), 1.0)
     late = Model(frozenset({"delay", "gain"}), (fit_with("delay+gain", left),), 2.0)
     first = by_price(_walk_last(channels, [walk, late]))[0]

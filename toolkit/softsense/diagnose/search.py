@@ -95,6 +95,8 @@ SLOW_PRICE = 0.5
 # How many times as much an explanation without a walk must leave, and how much of the gap.
 WALK_LEAVES = 3.0
 WALK_SAYS = 0.015
+# Or so many times as much, of naming an effect at least, as no equation leaves that is nearly right.
+WALK_TELLS = 12.0
 # Naming one effect more, in noise variances of one channel and as a share of the gap: of the whole,
 # and for further effects of the channels that they are named on.
 NAME_PRICE = 0.25
@@ -509,7 +511,9 @@ def _walk_last(channels: Sequence[Channel], models: list[Model]) -> list[Model]:
     beside = WALK in models[0].names and len(models[0].names) > 1
     least = WALK_SAYS * sum(channels[c].excess for c in models[0].channels_of(WALK))
     left = _left(channels, without)
-    if beside and left < max(WALK_LEAVES * _left(channels, models[0]), least):
+    with_walk = _left(channels, models[0])
+    tells = WALK_TELLS * max(with_walk, NAME_PRICE * channels[0].samples)
+    if beside and left < min(max(WALK_LEAVES * with_walk, least), tells):
         models = [made for made in models if WALK not in made.names or len(made.names) == 1]
     if models[0].names == {WALK} and left < _left(channels, models[0]):
         return [replace(without, price=models[0].price), *models]
