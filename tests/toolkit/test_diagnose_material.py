@@ -323,6 +323,30 @@ def test_a_gain_of_what_the_strain_alone_says_is_a_gain() -> None:
     assert np.std(change_of(result, 12) - (made - codes)) < 1.0
 
 
+@pytest.mark.parametrize("form", ["peaks", "reversals"])
+def test_what_the_fastest_moment_or_a_reversal_breaks_is_overshoot(form: str) -> None:
+    x, codes = clean(47)
+    broken = np.zeros(len(x))
+    turned = way = 0.0
+    for k in range(1, len(x)):
+        move = x[k] - x[k - 1]
+        turned = abs(move) if move * way < 0.0 else turned + abs(move)
+        way = move or way
+        speed = abs(move) * RATE_HZ
+        if form == "peaks":
+            broken[k] = max(speed, broken[k - 1] * np.exp(-1.0 / RATE_HZ / 0.7))
+        else:
+            more = speed * (0.3 + np.exp(-turned / 0.08))
+            broken[k] = broken[k - 1] + (more - broken[k - 1]) / RATE_HZ / 0.7
+    made = codes + np.outer(broken, [160.0, -120.0, 0.0, 140.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("overshoot", ["s1", "s2", "s4"])
+    ]
+    assert form in {trace.form for trace in result.traces}
+    assert result.data["unexplained"]["share"] < 5e-3
+
+
 def test_a_gain_of_what_is_no_signal_where_it_begins_is_a_gain() -> None:
     """A recording begins in the middle of a stroke; a converter's curve would say it too."""
     x, codes = clean(44, start=300)

@@ -8,7 +8,7 @@ from functools import cache, partial
 import numpy as np
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
-from softsense.effects.operators import at_own_pace, followed, low_pass, rate
+from softsense.effects.operators import at_own_pace, compiled, followed, low_pass, rate
 
 TAUS_S = (0.002, 0.02, 0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
@@ -28,6 +28,8 @@ BREAKS = (1.0, 3.0, 9.0)
 # What the network takes to break, where that is not at once, and powers of the strain rate.
 LATE_S = 0.16
 LATE_POWERS = (0.75, 1.0, 1.4)
+# Over which share of the range after a reversal more breaks than later.
+REVERSALS = (0.05, 0.1, 0.2)
 # How many times as much by a factor of e, per ranges per second, where currents tunnel.
 TUNNELS_S = (1.0, 2.0, 4.0, 7.0)
 # So many such factors at most, after which nothing is left to open.
@@ -80,11 +82,14 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return _structures(nominal, near, breaks.tolist())
     if "least_per_s" in values:
         return _beyond(nominal, near, values["least_per_s"] * np.geomspace(0.7, 1.4, 7))
+    if "reversal" in values:
+        return _at_reversals(nominal, near, values["reversal"] * np.geomspace(0.7, 1.4, 5))
     if "tunnels_s" in values:
         return _tunnelling(nominal, near, values["tunnels_s"] * np.geomspace(0.7, 1.4, 7))
     result = _quick(nominal, near[::2]) + _structures(nominal, REBUILDS_S, BREAKS)
     result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
     result += _tunnelling(nominal, near[::2], TUNNELS_S)
+    result += _peaks(nominal, near) + _at_reversals(nominal, near[::2], REVERSALS)
     if "power" not in values:
         # Once more of one direction, it may be more of one end of the range.
         speed = partial(_speed, nominal)
@@ -236,6 +241,65 @@ def _tunnelling(
         for tau_s in taus_s
         for each in map(float, tunnels_s)
     ]
+
+
+def _peaks(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
+    """What the fastest moment has broken, which forms again until a faster one."""
+
+    def peaks(tau_s: float) -> Floats:
+        y = _held(_speed(nominal), float(np.exp(-nominal.dt_s / tau_s)))
+        return _felt(nominal, y[nominal.keep] * nominal.span)
+
+    return [Candidate(partial(peaks, tau_s), {"tau_s": tau_s}, "peaks") for tau_s in taus_s]
+
+
+@compiled
+def _held(speed: Floats, kept: float) -> Floats:
+    """(samples,) the ``speed``, or what was before, of which so much is ``kept``, if that is more."""
+    output = np.empty_like(speed)
+    y = 0.0
+    for k in range(len(speed)):
+        y = max(speed[k], kept * y)
+        output[k] = y
+    return output
+
+
+def _at_reversals(
+    nominal: Nominal, taus_s: Sequence[float], reaches: Iterable[float]
+) -> list[Candidate]:
+    """What breaks as the strain turns round, and what breaks later."""
+
+    @cache
+    def since() -> Floats:
+        return _since_reversal(nominal.strain)
+
+    def breaking(tau_s: float, reach: float) -> Floats:
+        speed = _speed(nominal)
+        both = np.stack([speed * np.exp(-since() / reach), speed], axis=1)
+        y = low_pass(both, nominal.dt_s, np.full(2, tau_s), None)[0][nominal.keep] * nominal.span
+        return np.concatenate([y[:, :1], _felt(nominal, y[:, 1])], axis=1)
+
+    return [
+        Candidate(
+            partial(breaking, tau_s, reach), {"tau_s": tau_s, "reversal": reach}, "reversals"
+        )
+        for tau_s in taus_s
+        for reach in map(float, reaches)
+    ]
+
+
+@compiled
+def _since_reversal(strain: Floats) -> Floats:
+    """(samples,) way gone since the strain turned round."""
+    output = np.zeros_like(strain)
+    way = 0.0
+    for k in range(1, len(strain)):
+        move = strain[k] - strain[k - 1]
+        gone = 0.0 if move * way < 0.0 else output[k - 1]
+        output[k] = gone + abs(move)
+        if move != 0.0:
+            way = move
+    return output
 
 
 def _late(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
