@@ -231,10 +231,11 @@ def test_crosstalk_of_a_capacitor_whose_dielectric_gives_back() -> None:
     assert result.data["after"]["shrink"] > 0.99
 
 
-def test_crosstalk_through_a_capacitance_may_be_raised() -> None:
+@pytest.mark.parametrize("share", [1.6, -1.6])
+def test_crosstalk_through_a_capacitance_may_be_raised_or_turned_over(share: float) -> None:
     x, codes = clean(14, 8000)
     made = codes.copy()
-    made[:, 0] += 1.6 * (codes - filtered(codes, 0.15))[:, 3]
+    made[:, 0] += share * (codes - filtered(codes, 0.15))[:, 3]
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("crosstalk", ["s1"])]
 

@@ -13,8 +13,8 @@ from softsense.effects.operators import low_pass, smooth_low_pass, spline_pieces
 # The largest share of another channel that still goes by this name.
 MOST = 0.25
 # The same of what comes late, or through a capacitance within a few samples, else a delay would be
-# some; and of what comes through one as it would without effects, which an amplifier may raise: all
-# of that is little where its time constant is short.
+# some; and of what comes through one as it would without effects, which an amplifier may raise or
+# turn over: all of that is little where its time constant is short.
 MOST_LATE = 0.5
 MOST_COUPLED = 3.0
 # And of the others together where they pull down a reference.
@@ -230,7 +230,7 @@ def _filtered(
         # A tone that all hear has another phase on each: much of what others really read says it.
         for signal, most in ((really, MOST), (would, MOST_COUPLED)):
             made = partial(fast, signal, tau_s)
-            result.append(Candidate(made, values, "coupled", largest=most, positive=True))
+            result.append(Candidate(made, values, "coupled", largest=most))
     return result
 
 
