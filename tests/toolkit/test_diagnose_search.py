@@ -64,6 +64,16 @@ def test_two_effects_that_say_little_alone_are_found_together(monkeypatch) -> No
     assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
 
 
+def test_an_effect_that_says_nothing_is_not_named_for_what_came_closer_beside_it(
+    monkeypatch,
+) -> None:
+    """A case of the benchmark that is not held out: rails that were found beside a crosstalk."""
+    monkeypatch.syspath_prepend(str(GAP))
+    make, equation = importlib.import_module("optical").make, {"saturation": "both_rails"}
+    case = make(292003, ("saturation",), "typical", equation)
+    assert diagnose(case.sim, case.real).effects == ("saturation",)
+
+
 def test_what_moves_nothing_on_a_channel_keeps_its_curve_there() -> None:
     """Without it, that channel would seem to cost little."""
     x, codes = clean(3, 1500)

@@ -58,6 +58,8 @@ LEAST_GUARD = 0.05
 SECOND_PRICE = 0.25
 # Per sample: what more effects may leave less than noise, or than fewer, by chance.
 LESS_LEFT = 0.02
+# What an effect does that says nothing, of the noise.
+SAYS_NOTHING = 0.3
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
@@ -603,10 +605,23 @@ class Channel:
         keys = [(n, self.entries[n][k].key) for n, k in held]
         there = tuple((n, self.numbers(n)[key]) for n, key in keys if key in self.numbers(n))
         if rest or len(there) == len(held):
-            return self.within(rest, there)
+            fewer = self.within(rest, there)
+            if rest and self._says_nothing(fit, name):
+                # Beside it, the others may have come closer to what they are.
+                part = self._part(fit, [pick for pick in fit.picks if pick[0] != name])
+                fewer = min([fewer, self._composed(part.picks, part)], key=self.price)
+            return fewer
         # Its parameters are between those of the grid.
         weights = np.zeros(len(held) if len(held) > 1 else 0)
         return self._composed(held, Fit(held, fit.errors, weights, None))
+
+    def _says_nothing(self, fit: Fit, name: str) -> bool:
+        """Whether the effect ``name`` of a composed fit says far less than the noise."""
+        picks = [pick for pick in fit.picks if pick[0] != WALK]
+        if len(picks) < len(fit.picks) or all(self.entries[n][k].nominal is None for n, k in picks):
+            return False
+        said = {n: self.columns((n, k)) @ weights for (n, k), weights in self.weighted(fit)}
+        return name in said and float(said[name].std()) < SAYS_NOTHING * self.sigma
 
     def moved(self, fit: Fit, known: Sequence[str]) -> Channel:
         """The channel as it is under the motion that ``fit`` has, with what that leaves and the

@@ -255,7 +255,7 @@ def _peaks(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
 @compiled
 def _held(speed: Floats, kept: float) -> Floats:
-    """(samples,) the ``speed``, or what was before, of which so much is ``kept``, if that is more."""
+    """(samples,) the ``speed``, or what was before if that is more, of which so much is ``kept``."""
     output = np.empty_like(speed)
     y = 0.0
     for k in range(len(speed)):
@@ -280,9 +280,7 @@ def _at_reversals(
         return np.concatenate([y[:, :1], _felt(nominal, y[:, 1])], axis=1)
 
     return [
-        Candidate(
-            partial(breaking, tau_s, reach), {"tau_s": tau_s, "reversal": reach}, "reversals"
-        )
+        Candidate(partial(breaking, tau_s, reach), {"tau_s": tau_s, "reversal": reach}, "reversals")
         for tau_s in taus_s
         for reach in map(float, reaches)
     ]
