@@ -255,7 +255,7 @@ def _peaks(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
 @compiled
 def _held(speed: Floats, kept: float) -> Floats:
-    """(samples,) the ``speed``, or what was before if that is more, of which so much is ``kept``."""
+    """(samples,) ``speed``, or what was before if that is more, of which so much is ``kept``."""
     output = np.empty_like(speed)
     y = 0.0
     for k in range(len(speed)):
@@ -271,7 +271,8 @@ def _at_reversals(
 
     @cache
     def since() -> Floats:
-        return _since_reversal(nominal.strain)
+        gone: Floats = _since_reversal(nominal.strain)
+        return gone
 
     def breaking(tau_s: float, reach: float) -> Floats:
         speed = _speed(nominal)
