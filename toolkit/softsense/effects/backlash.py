@@ -464,7 +464,8 @@ EFFECT = Effect(
     equation="play: y = min(max(y, x - w/2), x + w/2); dead_zone: y = max(x - w, 0)",
     source="play operator: Krasnosel'skii and Pokrovskii, Systems with Hysteresis (1989); faces "
     "that give way: Nordin and Gutman, Automatica 38 (2002); sticking: Choudhury, Thornhill and "
-    "Shah, Control Eng. Pract. 13 (2005); several at once: Iwan, J. Appl. Mech. 33 (1966)",
+    "Shah, Control Eng. Pract. 13 (2005); slipping before it holds: Dupont et al., IEEE Trans. "
+    "Autom. Control 47 (2002); several at once: Iwan, J. Appl. Mech. 33 (1966)",
     fingerprint="flat after each reversal, over the same width on all channels",
     parameters=(Parameter("width", "share of range", 0.005, 0.15, 0.05, "play, or slack"),),
     simulate=simulate,

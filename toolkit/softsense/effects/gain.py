@@ -186,8 +186,7 @@ def _logarithmic(nominal: Nominal, ways: Sequence[float]) -> list[Course]:
 
 
 def _by_decades(nominal: Nominal, times_s: Sequence[float]) -> list[Course]:
-    """With the logarithm of time, as of a magnet (Street and Woolley, Proc. Phys. Soc. A 62, 1949)
-    or a poled ceramic."""
+    """With the logarithm of time, as of a magnet or a poled ceramic."""
     t_s = _time(nominal) * REFERENCE_S
     return [(np.log1p(t_s / one), {"log_s": one}, "by decades") for one in times_s]
 
@@ -268,6 +267,7 @@ EFFECT = Effect(
     equation="u (1 + A c); constant: c = 1; time: c = t / 400 s; cycles: c = sqrt(n / 100), "
     "n the way travelled in full cycles",
     source="miscalibration; shear lag: Cox, Brit. J. Appl. Phys. 3 (1952); "
+    "magnets age by decades: Street and Woolley, Proc. Phys. Soc. A 62 (1949); "
     "fatigue of filler networks grows with the number of cycles",
     fingerprint="proportional to the signal, may grow with time or cycles",
     parameters=(Parameter("amplitude", "1", -0.4, 0.4, 0.1, "relative change of the gain"),),
