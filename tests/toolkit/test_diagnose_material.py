@@ -150,6 +150,20 @@ def test_ways_of_hysteresis_that_grow_with_the_way_gone() -> None:
     assert result.data["after"]["shrink"] > 0.99
 
 
+def test_a_sensitivity_that_comes_back_in_part_is_a_step() -> None:
+    x, codes = clean(49)
+    since = (np.arange(len(x)) - 3000) / RATE_HZ
+    lost = (since >= 0.0) * (0.5 + 0.5 * np.exp(-np.maximum(since, 0.0) / 25.0))
+    more = -0.05 * lost[:, None] * (codes - codes[0] + 0.2 * np.ptp(codes, axis=0))
+    more[:, 2] = 0.0
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + more, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("step", ["s1", "s2", "s4"])
+    ]
+    assert {trace.form for trace in result.traces} == {"regaining"}
+    assert result.data["unexplained"]["share"] < 5e-3
+
+
 def test_a_contact_that_heals_in_part_is_a_step_behind_a_divider() -> None:
     x, codes = clean(11)
     since = np.maximum(np.arange(SAMPLES) / RATE_HZ - 123.0, 0.0)

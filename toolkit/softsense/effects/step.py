@@ -72,6 +72,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     soon_s = HEALING_S[HEALING_S / nominal.reference.duration_s < SOON]
     for slope in (q**2, (1.0 - q) ** 2):
         made += _healing(nominal, near_s[::2], soon_s, slope)
+    made += _regaining(nominal, near_s[::2], heals_s)
     made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
     return made + _in_two_blows(nominal, near_s[::4])
 
@@ -116,6 +117,26 @@ def _healed(nominal: Nominal, onset_s: float, tau_s: float, slope: Floats | floa
     since = nominal.time_s - onset_s
     after = (since >= 0.0) * nominal.span * slope
     return np.stack([after, after * np.exp(-np.maximum(since, 0.0) / tau_s)], axis=1)
+
+
+def _regaining(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Candidate]:
+    """An offset and a gain that heal in part."""
+    return [
+        Candidate(
+            partial(_regained, nominal, onset_s, tau_s),
+            {"onset_s": float(onset_s), "tau_s": float(tau_s)},
+            "regaining",
+        )
+        for onset_s in onsets_s
+        for tau_s in times_s
+    ]
+
+
+def _regained(nominal: Nominal, onset_s: float, tau_s: float) -> Floats:
+    """(samples, 4) what is there from an instant on, and what of it has not healed yet, and both
+    times the signal."""
+    healed = _healed(nominal, onset_s, tau_s, 1.0)
+    return np.concatenate([healed, healed * nominal.share[:, None]], axis=1)
 
 
 def _coming_back(nominal: Nominal, onsets_s: Floats) -> list[Candidate]:
