@@ -598,15 +598,16 @@ class Channel:
                 return len(self.entries[name]) - 1
         return number
 
-    def without(self, fit: Fit, name: str) -> Fit:
-        """The cheapest fit of ``fit`` without the effect ``name``, under the same motion."""
+    def without(self, fit: Fit, name: str, composed: bool = False) -> Fit:
+        """The cheapest fit of ``fit`` without the effect ``name``, under the same motion; where
+        effects are ``composed``, also with the others as they are."""
         held = tuple(pick for pick in self.held(fit) if pick[0] != name)
         rest = frozenset(n for n, _ in fit.picks if n != name and n not in dict(held))
         keys = [(n, self.entries[n][k].key) for n, k in held]
         there = tuple((n, self.numbers(n)[key]) for n, key in keys if key in self.numbers(n))
         if rest or len(there) == len(held):
             fewer = self.within(rest, there)
-            if rest and self._says_nothing(fit, name):
+            if rest and composed and self._says_nothing(fit, name):
                 # Beside it, the others may have come closer to what they are.
                 part = self._part(fit, [pick for pick in fit.picks if pick[0] != name])
                 fewer = min([fewer, self._composed(part.picks, part)], key=self.price)
@@ -616,12 +617,11 @@ class Channel:
         return self._composed(held, Fit(held, fit.errors, weights, None))
 
     def _says_nothing(self, fit: Fit, name: str) -> bool:
-        """Whether the effect ``name`` of a composed fit says far less than the noise."""
-        picks = [pick for pick in fit.picks if pick[0] != WALK]
-        if len(picks) < len(fit.picks) or all(self.entries[n][k].nominal is None for n, k in picks):
+        """Whether the effect ``name`` of a fit without a walk says far less than the noise."""
+        if (WALK, 0) in fit.picks:
             return False
         said = {n: self.columns((n, k)) @ weights for (n, k), weights in self.weighted(fit)}
-        return name in said and float(said[name].std()) < SAYS_NOTHING * self.sigma
+        return float(said[name].std()) < SAYS_NOTHING * self.sigma
 
     def moved(self, fit: Fit, known: Sequence[str]) -> Channel:
         """The channel as it is under the motion that ``fit`` has, with what that leaves and the

@@ -187,13 +187,13 @@ def _moved(channels: Sequence[Channel], names: Names) -> Model:
     return min(made, key=lambda one: one.price)
 
 
-def leaner(channels: Sequence[Channel], made: Model) -> Model:
-    """``made``, or what is cheaper without some of its effects on channels that have others too,
-    where they say less than it costs to name them there."""
+def leaner(channels: Sequence[Channel], made: Model, composed: bool = False) -> Model:
+    """``made``, whose effects may be ``composed``, or what is cheaper without some of its effects
+    on channels that have others too, where they say less than it costs to name them there."""
     for number, (channel, fit) in enumerate(zip(channels, made.fits, strict=True)):
         own = frozenset(name for name, _ in fit.picks)
         for name in sorted(own) if len(own) > 1 and WALK not in made.names else ():
-            fewer = channel.without(fit, name)
+            fewer = channel.without(fit, name, composed)
             saved = len(made.names) * NAME_SHARE * channel.excess
             if channel.price(fewer) < channel.price(fit) + saved:
                 fits = (*made.fits[:number], fewer, *made.fits[number + 1 :])
@@ -593,9 +593,8 @@ def _composed(
         return [channels[number].composed(made.fits[number], made.names) for made in several]
 
     by_channel = all_at_once(compose, range(len(channels)))
-    after = [
-        leaner(channels, priced(channels, tuple(fits))) for fits in zip(*by_channel, strict=True)
-    ]
+    made = [priced(channels, tuple(fits)) for fits in zip(*by_channel, strict=True)]
+    after = [leaner(channels, each, composed=True) for each in made]
     return list(zip(several, [refined(channels, made) for made in after], strict=True))
 
 
