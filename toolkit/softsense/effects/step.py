@@ -20,7 +20,7 @@ HEALING_S = np.array([10.0, 40.0, 160.0])
 # time, from so much of it on.
 HEALING_NEAR = np.array([0.65, 1.0, 1.5])
 LOGARITHM_S = 2.0
-# What heals behind a divider does so within this share of the recording.
+# What heals behind a divider, or with the gain, does so within this share of the recording.
 SOON = 0.15
 # How long a sensor that does not break at once takes to tear.
 TEARING_S = (2.0, 5.0)
@@ -72,7 +72,9 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     soon_s = HEALING_S[HEALING_S / nominal.reference.duration_s < SOON]
     for slope in (q**2, (1.0 - q) ** 2):
         made += _healing(nominal, near_s[::2], soon_s, slope)
-    made += _regaining(nominal, near_s[::2], heals_s)
+    # What comes back slowly is a gain that ages, or a drift.
+    soon = heals_s / nominal.reference.duration_s < SOON
+    made += _regaining(nominal, near_s[::2], heals_s[soon])
     made += _tearing(nominal, near_s[::2]) + _bent(nominal, near_s)
     return made + _in_two_blows(nominal, near_s[::4])
 
@@ -126,6 +128,7 @@ def _regaining(nominal: Nominal, onsets_s: Floats, times_s: Floats) -> list[Cand
             partial(_regained, nominal, onset_s, tau_s),
             {"onset_s": float(onset_s), "tau_s": float(tau_s)},
             "regaining",
+            pliable=True,
         )
         for onset_s in onsets_s
         for tau_s in times_s
