@@ -17,6 +17,7 @@ from softsense.diagnose.design import Fit
 from softsense.diagnose.engine import change_of
 from softsense.diagnose.nominal import motion_of
 from softsense.diagnose.search import Model, _fewest_first, by_price, priced
+from softsense.effects import all_effects
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -148,6 +149,16 @@ def test_ways_of_hysteresis_that_grow_with_the_way_gone() -> None:
     assert result.effects == ("hysteresis",)
     assert not result.data["unexplained"]["unknown_effect"]
     assert result.data["after"]["shrink"] > 0.99
+
+
+def test_what_has_settled_at_once_is_no_drift() -> None:
+    """It is another zero from the start, as a gain about the middle of a converter makes it."""
+    x, codes = clean(50)
+    channel = first_channel(x, codes, np.zeros(len(x)), ["drift"])
+    for course in ({}, {"tau_s": 1.0}, {"tau_s": 4.0}):
+        candidates = all_effects()["drift"].zoom(channel.nominal, course)
+        settling = [c.values["tau_s"] for c in candidates if c.form == "exponential"]
+        assert min(settling, default=3.0) >= 3.0
 
 
 def test_a_sensitivity_that_comes_back_in_part_is_a_step() -> None:

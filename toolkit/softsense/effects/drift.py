@@ -31,8 +31,8 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
     "root": lambda passed: 1.0 - 1.0 / np.sqrt(1.0 + passed),
     "parabolic": lambda passed: np.sqrt(1.0 + passed) - 1.0,
 }
-
-
+# What settles sooner is no drift but another zero from the start.
+SETTLES_S = {"exponential": 3.0, "hyperbolic": 1.0}
 # Time constants of two that settle together.
 FAST_S = (12.0, 20.0, 32.0, 50.0)
 SLOW_S = (120.0, 200.0, 330.0, 550.0)
@@ -127,6 +127,8 @@ def _laws(
         for order in orders:
             values = {"tau_s": tau_s} if order == 1.0 else {"tau_s": tau_s, "order": order}
             for form in forms:
+                if tau_s < SETTLES_S.get(form, 0.0):
+                    continue
                 result += _felt(nominal, partial(law, form, tau_s, order), values, form, slopes)
     return result
 
