@@ -12,7 +12,7 @@ import pytest
 from softsense.diagnose import augment, diagnose
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import BETWEEN_S, change_of
-from softsense.diagnose.nominal import _fast, denoise, motion_of
+from softsense.diagnose.nominal import denoise, motion_of
 from softsense.simulate.motion import random_motion
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -371,14 +371,6 @@ def test_a_seldom_fast_move_of_a_simulation_is_kept() -> None:
     there = slice(2998, 3008)
     assert np.abs(denoise(sim, motion, real)[0] - moved)[there].max() < 8.0
     assert np.abs(denoise(sim, motion, other)[0] - moved)[there].max() > 20.0
-
-
-@pytest.mark.parametrize(("noise", "moves"), [(1.0, True), (5.0, False)])
-def test_a_seldom_fast_move_stands_out_of_the_noise_of_both_recordings(noise, moves) -> None:
-    rng = np.random.default_rng(8)
-    one, other = rng.normal(0.0, 1.0, SAMPLES), rng.normal(0.0, noise, SAMPLES)
-    one[500:505] = other[500:505] = 3.5
-    assert _fast(one, other)[502] == moves
 
 
 def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None:

@@ -30,9 +30,9 @@ AVERAGES = [np.hanning(n + 2)[1:-1] / np.hanning(n + 2).sum() for n in (13, 9, 7
 BETTER = 0.97
 # And what it keeps besides must be in the real recording to this share, or it is only noise.
 SHARED = 0.8
-# Over so many samples a seldom fast move shows, by so many times the noise of both recordings.
+# Over so many samples a seldom fast move shows, by so many times the noise.
 AT_ONCE = np.full(5, 1.0 / 5.0)
-FAR = 7.5
+FAR = 9.0
 # Where the strain is not as recorded, so that nothing tells it, any move is there that has so many
 # times the noise in both recordings, or in one alone, where its own noise is, too.
 ANY, ANY_ALONE = 1.0, 2.0
@@ -335,8 +335,7 @@ def _fast(simulated: Floats, real: Floats) -> NDArray[np.bool_]:
     ones (both (samples,)) alike: a move that is too fast for any average."""
     there = np.convolve(simulated**2, AT_ONCE, "same")
     both = np.convolve(simulated * real, AT_ONCE, "same")
-    noise = noise_rms(simulated[:, None]) * noise_rms(real[:, None])
-    return (both > FAR * noise) & (both > SHARED * there)
+    return (there > FAR * noise_rms(simulated[:, None]) ** 2) & (both > SHARED * there)
 
 
 def _any_fast(one: Floats, other: Floats, times: float) -> NDArray[np.bool_]:
