@@ -620,8 +620,8 @@ class Channel:
         """Whether the effect ``name`` of a fit without a walk says far less than the noise."""
         if (WALK, 0) in fit.picks:
             return False
-        said = {n: self.columns((n, k)) @ weights for (n, k), weights in self.weighted(fit)}
-        return float(said[name].std()) < SAYS_NOTHING * self.sigma
+        (said,) = (self.columns(pick) @ own for pick, own in self.weighted(fit) if pick[0] == name)
+        return float(said.std()) < SAYS_NOTHING * self.sigma
 
     def moved(self, fit: Fit, known: Sequence[str]) -> Channel:
         """The channel as it is under the motion that ``fit`` has, with what that leaves and the

@@ -95,7 +95,8 @@ SLOW_PRICE = 0.5
 # How many times as much an explanation without a walk must leave, and how much of the gap.
 WALK_LEAVES = 3.0
 WALK_SAYS = 0.015
-# Or so many times as much, or as naming an effect costs: no equation leaves that is nearly right.
+# Or so many times what the walk leaves, or what naming an effect costs: no equation that is nearly
+# right leaves as much.
 WALK_TELLS = 12.0
 # Naming one effect more, in noise variances of one channel and as a share of the gap: of the whole,
 # and for further effects of the channels that they are named on.
