@@ -372,6 +372,19 @@ def test_what_the_fastest_moment_or_a_reversal_breaks_is_overshoot(form: str) ->
     assert result.data["unexplained"]["share"] < 5e-3
 
 
+def test_what_shears_more_than_in_proportion_is_overshoot() -> None:
+    """Either way counts, as of light that a core loses to its cladding."""
+    x, codes = clean(47)
+    behind = filtered(x[:, None], 2.2)[:, 0]
+    made = codes + np.outer(np.abs(x - behind) ** 1.4, [300.0, -250.0, 0.0, 400.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("overshoot", ["s1", "s2", "s4"])
+    ]
+    assert {trace.form for trace in result.traces} == {"sheared"}
+    assert result.data["unexplained"]["share"] < 5e-3
+
+
 def test_a_gain_of_what_is_no_signal_where_it_begins_is_a_gain() -> None:
     """A recording begins in the middle of a stroke; a converter's curve would say it too."""
     x, codes = clean(44, start=300)
@@ -560,6 +573,72 @@ def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
         gap = made[then] - codes[then]
         # Rounding alone is 0.18 of the smallest.
         assert np.std(again - made[then]) < 0.3 * np.std(gap)
+
+
+def test_a_large_change_before_a_bent_curve_is_no_other_effect_besides() -> None:
+    """As the curve is where it goes, not where it came from."""
+    x, _ = clean(15)
+    bends = np.array([3.0, -2.5, 3.2, -2.8])
+
+    def read(felt: np.ndarray) -> np.ndarray:
+        return 1200.0 + 1500.0 * np.expm1(bends * felt) / np.expm1(bends)
+
+    strain = 0.15 + 0.7 * x[:, None]
+    more = 0.5 * (strain - filtered(strain, 6.0))
+    assert np.abs(more).max() > 0.1
+    codes, made = read(strain), read(strain + more)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("relaxation",)
+    assert np.std(change_of(result, 12) - (made - codes)) < 0.1 * np.std(made - codes)
+
+
+def test_air_that_seeps_out_before_a_bent_curve_is_relaxation() -> None:
+    """As the root of its pressure: soon at first, and never quite."""
+    x, _ = clean(15)
+    bends = np.array([1.8, -1.5, 2.2, -2.0])
+
+    def read(felt: np.ndarray) -> np.ndarray:
+        return 1200.0 + 900.0 * np.expm1(bends * felt) / np.expm1(bends)
+
+    ahead = np.zeros(len(x))
+    for k in range(1, len(x)):
+        pressure = ahead[k - 1] + x[k] - x[k - 1]
+        root = max(np.sqrt(abs(pressure)) - 1.0 / RATE_HZ / 8.0, 0.0)
+        ahead[k] = np.sign(pressure) * root**2
+    codes, made = read(x[:, None]), read((x + 0.15 * ahead)[:, None])
+    made[:, 3] = codes[:, 3]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("relaxation",)
+    assert ("seeping", "before_curve") in {(t.form, t.place) for t in result.traces}
+    assert result.data["unexplained"]["share"] < 0.01
+
+
+def test_what_recovers_far_faster_beside_a_fitted_simulator_is_relaxation() -> None:
+    """The simulator's scale is one of a sensor that has relaxed in part."""
+    x, codes = clean(36)
+    share = (codes - codes.min(axis=0)) / np.ptp(codes, axis=0)
+    slow = share.copy()
+    for k in range(1, len(x)):
+        times = np.where(share[k] > slow[k - 1], 9.0, 9.0 * 0.22) * RATE_HZ
+        slow[k] = share[k] - (share[k] - slow[k - 1]) * np.exp(-1.0 / times)
+    size = np.ptp(codes, axis=0) * [0.06, 0.05, 0.0, 0.04]
+    made = codes + size * (slow - share + 0.3 * (share - share[0]))
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("relaxation",)
+    assert {trace.form for trace in result.traces} == {"uneven"}
+
+
+def test_what_creeps_on_beside_a_simulator_fitted_before_is_relaxation() -> None:
+    """It was fitted to the first quarter, in which the sensors had crept less."""
+    x, codes = clean(15)
+    crept = fftconvolve(np.diff(x, prepend=x[0]), (np.arange(SAMPLES) / RATE_HZ + 0.03) ** 0.3)
+    first = slice(0, SAMPLES // 4)
+    scale = float(crept[first] @ x[first]) / float(x[first] @ x[first])
+    made = codes + np.outer(crept[:SAMPLES] - scale * x, [180.0, -120.0, 0.0, 60.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("relaxation", ["s1", "s2", "s4"])
+    ]
 
 
 @pytest.mark.parametrize("leaks_s", [0.02, 0.12])

@@ -107,6 +107,8 @@ WALK_SHARE = 0.005
 BESIDE_WALK = 0.1
 # What an effect alone may leave of the gap, for a closer look at it in other places.
 WORTH = 0.5
+# What it leaves in another place, of what it leaves on the codes, to be looked at closely there.
+PLACED = 0.6
 # So many narrow candidates are all looked at in other places, whatever was chosen on the codes.
 FEW = 32
 # So many candidates whose weights are not as physics has them are left for the next best.
@@ -384,12 +386,16 @@ class Channel:
             if self.long and name not in beside and self._leaves_far_more(name):
                 continue
             alone = self.left(self.best(frozenset({name})))
+            looked_at = [""]
             if alone < WORTH * self.excess:
                 narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
-                found[name] += self._elsewhere(self.nominal, name, entries if narrow else kept)
+                there = self._elsewhere(self.nominal, name, entries if narrow else kept)
+                found[name] += there
+                looked_at += self._better_places(kept, there)
             if effect.zoom and (name in beside or self._says(name)):
                 for near in {tuple(entry.candidate.values.items()): None for entry in kept}:
-                    found[name] += self._offered(self.nominal, name, dict(near))
+                    for where in looked_at:
+                        found[name] += self._offered(self.nominal, name, dict(near), where)
         for name, more in fitted.items():
             found[name] += more
         self.gain = self._better_gain()
@@ -398,6 +404,21 @@ class Channel:
             if len(fit.picks) > 1 and at.keys() >= set(fit.picks):
                 picks = tuple((name, at[name, number]) for name, number in fit.picks)
                 self._stood[frozenset(dict(picks))] = replace(fit, picks=picks)
+
+    def _better_places(self, here: Iterable[Entry], there: Iterable[Entry]) -> list[str]:
+        """The places of what is ``there`` that leave far less of the residual than all ``here``."""
+        residual = self.residual[self._thin]
+        squares = float(residual @ residual)
+
+        def left(entry: Entry) -> float:
+            columns = entry.columns.astype(np.float64)
+            gram, side = columns.T @ columns, columns.T @ residual
+            return squares - float(side @ np.linalg.lstsq(gram, side)[0])
+
+        if self.long:
+            return []
+        least = PLACED * min(map(left, here))
+        return sorted({entry.place for entry in there if left(entry) < least})
 
     def begin_with(self, elsewhere: Mapping[str, Entry]) -> None:
         """Candidates of another channel, with which fits of several effects may begin here too."""

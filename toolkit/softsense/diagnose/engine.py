@@ -42,7 +42,7 @@ from softsense.diagnose.rails import railed
 from softsense.diagnose.search import Model, moving, search
 from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted
 from softsense.diagnose.wandering import behind_dividers
-from softsense.effects import Nominal, all_effects, by_channel
+from softsense.effects import BEFORE_CURVE, Nominal, all_effects, by_channel
 from softsense.effects.adc_nonlinearity import read_instead
 from softsense.errors import SoftsenseError
 from softsense.notebook import Shown
@@ -352,8 +352,9 @@ def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> F
     motion = felt(motion, smooth, past.own, first)
     reference = reference_of(first, motion, past.lost, past.levels, past.own)
     made = nominals(smooth, smooth, motion, bits, reference)
-    hearing = any(trace.effect == "crosstalk" for trace in diagnosis.traces)
-    for _ in range(HEARINGS if hearing else 1):
+    # What depends on what is read, of other channels or half-way there.
+    hears = any(t.effect == "crosstalk" or t.place == BEFORE_CURVE for t in diagnosis.traces)
+    for _ in range(HEARINGS if hears else 1):
         heard = by_channel(smooth + change)
         change = _applied(
             diagnosis, smooth, motion, [replace(nominal, heard=heard) for nominal in made]
@@ -364,7 +365,7 @@ def _apply(diagnosis: Diagnosis, smooth: Floats, motion: Motion, bits: int) -> F
 def _applied(
     diagnosis: Diagnosis, smooth: Floats, motion: Motion, made: Sequence[Nominal]
 ) -> Floats:
-    """The same with what the channels hear of each other already in the nominal signals."""
+    """The same with what the channels read already known."""
     change = np.zeros_like(smooth)
     for channel, nominal in enumerate(made):
         if diagnosis.static.size and np.any(diagnosis.static[channel]):

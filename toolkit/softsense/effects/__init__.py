@@ -27,6 +27,7 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import uniform_filter1d
 
 from softsense.errors import SoftsenseError
 
@@ -57,6 +58,8 @@ MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED, AS_CURVE, STRAIGHT})
 STRESSED = 0.004
 # So many samples at most are kept of what all channels ask for.
 KEPT_FOR_ALL = 20_000
+# Over so long what is read is averaged, to know where a change goes.
+SMOOTH_S = 0.5
 # Powers of the strain that make such a curve.
 CURVE_POWERS = 4
 
@@ -342,12 +345,19 @@ class Nominal:
             strain = self.curve.strain(self.u)
             felt = self.low + self.span * strain
             ends = self.low + self.span * self.curve.strain(rest)
-            slope = self.curve.slope(strain) / self.span
+            # Half-way to what is read, for a curve is not straight over a large change; without
+            # the noise, of which the traces would say some.
+            change = uniform_filter1d(self.heard[self.channel] - self.u, self._samples(SMOOTH_S))
+            slope = self.curve.slope(self.curve.strain(self.u + 0.5 * change)) / self.span
         rests, lows, spans = reference.rest.copy(), reference.low.copy(), reference.span.copy()
         rests[self.channel], lows[self.channel] = ends[0], ends[1:].min()
         spans[self.channel] = np.ptp(ends[1:])
         reference = replace(reference, rest=rests, low=lows, span=spans)
         return replace(self, codes=self._with(felt), reference=reference, known={}), slope
+
+    def _samples(self, time_s: float) -> int:
+        """How many samples are in such a time, at least one."""
+        return max(round(time_s / self.dt_s), 1)
 
     def calibration(self) -> Callable[[Floats], Floats]:
         """What takes from columns (samples, p) their mean curve over strain, of the reference."""

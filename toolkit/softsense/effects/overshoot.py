@@ -39,6 +39,8 @@ OPEN = 6.0
 SIGNED = "signed"
 # A slower dashpot is what relaxes.
 SLOWEST_DASHPOT_S = 1.5
+# Powers of what shears, of which either way counts.
+SHEARS = (1.0, 1.25, 1.5)
 
 
 def simulate(
@@ -89,7 +91,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     result = _quick(nominal, near[::2]) + _structures(nominal, REBUILDS_S, BREAKS)
     result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
     result += _tunnelling(nominal, near[::2], TUNNELS_S)
-    result += _peaks(nominal, near) + _at_reversals(nominal, near[::2], REVERSALS)
+    result += _sheared(nominal, near) + _peaks(nominal, near)
+    result += _at_reversals(nominal, near[::2], REVERSALS)
     if "power" not in values:
         # Once more of one direction, it may be more of one end of the range.
         speed = partial(_speed, nominal)
@@ -253,6 +256,20 @@ def _peaks(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     return [Candidate(partial(peaks, tau_s), {"tau_s": tau_s}, "peaks") for tau_s in taus_s]
 
 
+def _sheared(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
+    """What shears as far as a dashpot has not followed, and shows in some power of that."""
+
+    def sheared(tau_s: float, power: float) -> Floats:
+        made: Floats = np.abs(_ahead(nominal, tau_s))[:, None] ** power * nominal.span
+        return made
+
+    return [
+        Candidate(partial(sheared, tau_s, power), {"tau_s": tau_s, "shears": power}, "sheared")
+        for tau_s in taus_s
+        for power in SHEARS
+    ]
+
+
 @compiled
 def _held(speed: Floats, kept: float) -> Floats:
     """(samples,) ``speed``, or what was before if that is more, of which so much is ``kept``."""
@@ -334,10 +351,7 @@ def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
     @cache
     def force(tau_s: float) -> Floats:
-        # What of the strain a dashpot has not followed yet.
-        behind = low_pass(nominal.strain[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
-        ahead: Floats = (nominal.strain - behind)[nominal.keep] * nominal.span
-        return ahead
+        return _ahead(nominal, tau_s) * nominal.span
 
     def viscous(tau_s: float) -> Floats:
         return _ways(force(tau_s))
@@ -360,6 +374,13 @@ def _one_way(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
             if not nominal.itself:
                 result.append(Candidate(partial(signed, tau_s), values, SIGNED))
     return result
+
+
+def _ahead(nominal: Nominal, tau_s: float) -> Floats:
+    """(kept samples,) what of the strain a dashpot has not followed yet."""
+    behind = low_pass(nominal.strain[:, None], nominal.dt_s, np.array([tau_s]), None)[0][:, 0]
+    ahead: Floats = (nominal.strain - behind)[nominal.keep]
+    return ahead
 
 
 def _ways(signal: Floats) -> Floats:

@@ -29,6 +29,10 @@ LADDERS = (
     (0.2, 0.8, 3.0, 12.0, 50.0, 200.0, 800.0),
     (0.05, 0.15, 0.5, 1.5, 5.0, 20.0, 80.0, 400.0),
 )
+# What takes so many times as long as the recording is a scale: that of a simulator which was fitted
+# while its sensors had relaxed in part.
+FITTED = (0.6, 3.0, 15.0, 75.0, 375.0)
+STAYS = 20.0
 # Of a recording that is so many times as long as the slowest of these, one that goes on to its end.
 LONGER = 2.0
 LONG_STEP = 4.0
@@ -48,6 +52,8 @@ GROWTHS = (-0.4, 0.0, 0.4, 0.8)
 # where it does so much faster.
 GIVES_S = (3.0, 10.0, 30.0)
 ACTIVATED = (0.06, 0.12, 0.25)
+# How long a pressure of the whole range seeps away.
+SEEPS_S = (4.0, 6.5, 10.0, 16.0, 26.0, 42.0, 70.0, 110.0)
 # Time constants that a simulator has and that are in truth, where its own are wrong, and how many
 # places apart they are.
 RETIMED_S = tuple(0.6 * 1.5**k for k in range(15))
@@ -96,12 +102,18 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def _ladders(nominal: Nominal) -> tuple[tuple[float, ...], ...]:
-    """``LADDERS``, and for a long recording one more."""
+    """``LADDERS``, one with a scale besides, and for a long recording one more."""
     slowest, duration_s = max(map(max, LADDERS)), nominal.reference.duration_s
+    ladders = (*LADDERS, _fitted(nominal))
     if duration_s < LONGER * slowest:
-        return LADDERS
+        return ladders
     count = int(np.ceil(np.log(duration_s / LADDERS[0][0]) / np.log(LONG_STEP)))
-    return (*LADDERS, tuple((duration_s / LONG_STEP ** np.arange(count)[::-1]).tolist()))
+    return (*ladders, tuple((duration_s / LONG_STEP ** np.arange(count)[::-1]).tolist()))
+
+
+def _fitted(nominal: Nominal) -> tuple[float, ...]:
+    """A ladder whose last part is a scale."""
+    return (*FITTED, STAYS * nominal.reference.duration_s)
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
@@ -112,14 +124,20 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "activated" in values:
         times_s, bends = (values[key] * np.geomspace(0.6, 1.7, 5) for key in ("tau_s", "activated"))
         return _activated(nominal, times_s.tolist(), bends.tolist())
+    if "seeps_s" in values:
+        return _seeping(nominal, (values["seeps_s"] * np.geomspace(0.6, 1.7, 9)).tolist())
     if "haste" in values:
         return [
             _prony(partial(_hasty, nominal, haste, taus, grows), "hasty", taus, values)
             for haste in values["haste"] + np.array(HASTES_NEAR)
             for grows in GROWTHS
             for values in [{"haste": haste, "grows": grows} if grows else {"haste": haste}]
-            for taus in LADDERS[1:3]
+            for taus in (*LADDERS[1:3], _fitted(nominal))
         ]
+    if "recovers" in values:
+        around = np.geomspace(0.6, 1.7, 7)
+        paces_s, times = values["rising_s"] * around, values["recovers"] * around
+        return _uneven(nominal, paces_s.tolist(), times.tolist())
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
 
     # One candidate may be asked for alone, and two share what is relaxed.
@@ -137,12 +155,13 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         whole: Floats = relaxed(bend, taus) + (signal - signal[0])[nominal.keep, None]
         return whole
 
-    result = _singles(nominal, near) + _uneven(nominal) + _retimed(nominal, values)
-    result += _activated(nominal, GIVES_S, ACTIVATED)
+    result = _singles(nominal, near) + _uneven(nominal, PACES_S, RECOVERIES)
+    result += _retimed(nominal, values)
+    result += _activated(nominal, GIVES_S, ACTIVATED) + _seeping(nominal, SEEPS_S)
     result += [
         _prony(partial(_hasty, nominal, haste, taus), "hasty", taus, {"haste": haste})
         for haste in HASTES
-        for taus in LADDERS[1:3]
+        for taus in (*LADDERS[1:3], _fitted(nominal))
     ]
     result += [_prony(partial(relaxed, 0.0, taus), "prony", taus) for taus in _ladders(nominal)]
     for bend in (0.0, *BENDS):
@@ -162,14 +181,36 @@ def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
     ]
 
 
-def _uneven(nominal: Nominal) -> list[Candidate]:
+def _uneven(
+    nominal: Nominal, rising_s: Sequence[float], recovers: Sequence[float]
+) -> list[Candidate]:
+    """What relaxes in ``rising_s``, and takes so many times as long where it ``recovers``."""
     result = []
-    for rising_s in PACES_S:
-        for recovers in RECOVERIES:
-            values = {"rising_s": rising_s, "recovers": recovers}
-            made = partial(_at_two_paces, nominal, rising_s, rising_s * recovers)
-            result.append(Candidate(made, values, "uneven", largest=MOST))
+    for pace_s in rising_s:
+        for times in recovers:
+            values = {"rising_s": pace_s, "recovers": times}
+            made = partial(_at_two_paces, nominal, pace_s, pace_s * times)
+            result += _fitted_or_not(nominal, nominal.u, made, values, "uneven")
     return result
+
+
+def _fitted_or_not(
+    nominal: Nominal,
+    signal: Floats,
+    made: Callable[[], Floats],
+    values: Mapping[str, float],
+    form: str,
+) -> list[Candidate]:
+    """What is ``made``, also with a scale of the ``signal``."""
+
+    def fitted() -> Floats:
+        scale = (signal[0] - signal)[nominal.keep, None]
+        return np.concatenate([made(), scale], axis=1)
+
+    return [
+        Candidate(made, values, form, largest=MOST),
+        Candidate(fitted, values, form, largest=MOST),
+    ]
 
 
 def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats:
@@ -189,16 +230,52 @@ def _activated(
         return column[nominal.keep, None]
 
     return [
-        Candidate(
-            partial(behind, signal, tau_s, bend),
-            {"tau_s": tau_s, "activated": bend},
-            "activated",
-            largest=MOST,
-        )
+        candidate
         for signal in (nominal.share, nominal.strain)
         for tau_s in times_s
         for bend in bends
+        for candidate in _fitted_or_not(
+            nominal,
+            nominal.span * signal,
+            partial(behind, signal, tau_s, bend),
+            {"tau_s": tau_s, "activated": bend},
+            "activated",
+        )
     ]
+
+
+def _seeping(nominal: Nominal, seeps_s: Sequence[float]) -> list[Candidate]:
+    """Air that seeps through a pinhole as the root of its pressure (Torricelli)."""
+
+    def behind(signal: Floats, time_s: float) -> Floats:
+        column: Floats = -nominal.span * _seeped(signal, nominal.dt_s / time_s)
+        return column[nominal.keep, None]
+
+    return [
+        candidate
+        for signal in (nominal.share, nominal.strain)
+        for time_s in seeps_s
+        for candidate in _fitted_or_not(
+            nominal,
+            nominal.span * signal,
+            partial(behind, signal, time_s),
+            {"seeps_s": time_s},
+            "seeping",
+        )
+    ]
+
+
+@compiled
+def _seeped(signal: Floats, falls: float) -> Floats:
+    """(samples,) how far ``signal`` is ahead, whose root ``falls`` so much in a sample of rest."""
+    output = np.zeros_like(signal)
+    ahead = 0.0
+    for k in range(1, len(signal)):
+        ahead += signal[k] - signal[k - 1]
+        root = max(np.sqrt(abs(ahead)) - falls, 0.0)
+        ahead = root * root if ahead > 0.0 else -root * root
+        output[k] = ahead
+    return output
 
 
 def _flowing(signal: Floats, pull: float, bend: float) -> Floats:
