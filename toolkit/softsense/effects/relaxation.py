@@ -190,11 +190,11 @@ def _uneven(
         for times in recovers:
             values = {"rising_s": pace_s, "recovers": times}
             made = partial(_at_two_paces, nominal, pace_s, pace_s * times)
-            result += _fitted_or_not(nominal, nominal.u, made, values, "uneven")
+            result += _scaled_or_not(nominal, nominal.u, made, values, "uneven")
     return result
 
 
-def _fitted_or_not(
+def _scaled_or_not(
     nominal: Nominal,
     signal: Floats,
     made: Callable[[], Floats],
@@ -203,13 +203,13 @@ def _fitted_or_not(
 ) -> list[Candidate]:
     """What is ``made``, also with a scale of the ``signal``."""
 
-    def fitted() -> Floats:
+    def scaled() -> Floats:
         scale = (signal[0] - signal)[nominal.keep, None]
         return np.concatenate([made(), scale], axis=1)
 
     return [
         Candidate(made, values, form, largest=MOST),
-        Candidate(fitted, values, form, largest=MOST),
+        Candidate(scaled, values, form, largest=MOST),
     ]
 
 
@@ -234,7 +234,7 @@ def _activated(
         for signal in (nominal.share, nominal.strain)
         for tau_s in times_s
         for bend in bends
-        for candidate in _fitted_or_not(
+        for candidate in _scaled_or_not(
             nominal,
             nominal.span * signal,
             partial(behind, signal, tau_s, bend),
@@ -255,7 +255,7 @@ def _seeping(nominal: Nominal, seeps_s: Sequence[float]) -> list[Candidate]:
         candidate
         for signal in (nominal.share, nominal.strain)
         for time_s in seeps_s
-        for candidate in _fitted_or_not(
+        for candidate in _scaled_or_not(
             nominal,
             nominal.span * signal,
             partial(behind, signal, time_s),
