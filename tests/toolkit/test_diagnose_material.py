@@ -15,7 +15,7 @@ from scipy.signal import fftconvolve, lfilter
 from softsense.diagnose import augment, diagnose
 from softsense.diagnose.design import Fit
 from softsense.diagnose.engine import change_of
-from softsense.diagnose.nominal import motion_of
+from softsense.diagnose.nominal import motion_of, nominals, reference_of
 from softsense.diagnose.search import Model, _fewest_first, by_price, priced
 from softsense.effects import all_effects
 
@@ -575,21 +575,24 @@ def test_what_a_material_does_before_a_bent_curve_keeps_its_name() -> None:
         assert np.std(again - made[then]) < 0.3 * np.std(gap)
 
 
-def test_a_large_change_before_a_bent_curve_is_no_other_effect_besides() -> None:
-    """As the curve is where it goes, not where it came from."""
+def test_a_curve_is_as_steep_as_where_a_change_goes() -> None:
+    """A large one, before a curve that is seven times as steep at its upper end."""
     x, _ = clean(15)
-    bends = np.array([3.0, -2.5, 3.2, -2.8])
 
     def read(felt: np.ndarray) -> np.ndarray:
-        return 1200.0 + 1500.0 * np.expm1(bends * felt) / np.expm1(bends)
+        return 1200.0 + 1500.0 * np.expm1(2.0 * felt) / np.expm1(2.0)
 
-    strain = 0.15 + 0.7 * x[:, None]
-    more = 0.5 * (strain - filtered(strain, 6.0))
-    assert np.abs(more).max() > 0.1
-    codes, made = read(strain), read(strain + more)
-    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
-    assert result.effects == ("relaxation",)
-    assert np.std(change_of(result, 12) - (made - codes)) < 0.1 * np.std(made - codes)
+    more = 0.12 * np.sin(np.arange(SAMPLES) / 200.0) * (1.0 - x)
+    codes, made = read(np.stack([x, x], axis=1)), read((x + more)[:, None])
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((2, 3)))
+    heard = np.concatenate([made, codes[:, 1:]], axis=1)
+    left = []
+    for read_instead in (codes, heard):
+        nominal = nominals(codes, read_instead, motion, 12, reference)[0]
+        there, slope = nominal.at("before_curve")
+        left.append(np.std(slope * there.span * more - (made - codes[:, :1])[:, 0]))
+    assert left[1] < 0.25 * left[0]
 
 
 def test_air_that_seeps_out_before_a_bent_curve_is_relaxation() -> None:
@@ -613,19 +616,34 @@ def test_air_that_seeps_out_before_a_bent_curve_is_relaxation() -> None:
     assert result.data["unexplained"]["share"] < 0.01
 
 
-def test_what_recovers_far_faster_beside_a_fitted_simulator_is_relaxation() -> None:
-    """The simulator's scale is one of a sensor that has relaxed in part."""
+def test_a_load_that_grows_more_than_in_proportion_relaxes() -> None:
+    """Schapery: and the faster, the more it is strained."""
+    x, codes = clean(36)
+    share = (codes - codes.min(axis=0)) / np.ptp(codes, axis=0)
+    load, slow = share * (1.0 + 1.2 * share), np.zeros_like(share)
+    slow[0] = load[0]
+    for k in range(1, len(x)):
+        kept = np.exp(-np.exp(1.5 * share[k]) / RATE_HZ / 15.0)
+        slow[k] = load[k] + (slow[k - 1] - load[k]) * kept
+    made = codes + np.ptp(codes, axis=0) * [0.1, 0.08, 0.0, 0.12] * (slow - load)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("relaxation",)
+    assert all("load" in trace.values for trace in result.traces)
+    assert result.data["unexplained"]["share"] < 5e-3
+
+
+def test_what_recovers_far_faster_is_relaxation() -> None:
     x, codes = clean(36)
     share = (codes - codes.min(axis=0)) / np.ptp(codes, axis=0)
     slow = share.copy()
     for k in range(1, len(x)):
         times = np.where(share[k] > slow[k - 1], 9.0, 9.0 * 0.22) * RATE_HZ
         slow[k] = share[k] - (share[k] - slow[k - 1]) * np.exp(-1.0 / times)
-    size = np.ptp(codes, axis=0) * [0.06, 0.05, 0.0, 0.04]
-    made = codes + size * (slow - share + 0.3 * (share - share[0]))
+    made = codes + np.ptp(codes, axis=0) * [0.1, -0.09, 0.0, 0.12] * (slow - share)
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     assert result.effects == ("relaxation",)
     assert {trace.form for trace in result.traces} == {"uneven"}
+    assert result.data["unexplained"]["share"] < 2e-3
 
 
 def test_what_creeps_on_beside_a_simulator_fitted_before_is_relaxation() -> None:

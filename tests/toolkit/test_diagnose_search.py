@@ -18,7 +18,15 @@ from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.design import Entry, Fit
 from softsense.diagnose.moved import Together
 from softsense.diagnose.nominal import motion_of, nominals, reference_of
-from softsense.diagnose.search import Model, _fewest_first, _said_elsewhere, by_price, search
+from softsense.diagnose.search import (
+    Model,
+    _fewest_first,
+    _said_elsewhere,
+    by_price,
+    leaner,
+    priced,
+    search,
+)
 from softsense.effects import all_effects
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -72,6 +80,24 @@ def test_an_effect_that_says_nothing_is_not_named_for_what_came_closer_beside_it
     make, equation = importlib.import_module("optical").make, {"saturation": "both_rails"}
     case = make(292003, ("saturation",), "typical", equation)
     assert diagnose(case.sim, case.real).effects == ("saturation",)
+
+
+def test_of_several_effects_that_say_nothing_on_a_channel_none_stays() -> None:
+    """But the last one: what is left of the first is what the second is left out of."""
+
+    def without(fit: Fit, name: str, composed: bool) -> Fit:
+        return fit_with("+".join(n for n, _ in fit.picks if n != name), left=1.0)
+
+    channel = SimpleNamespace(
+        **dict.fromkeys(("samples", "excess", "guard"), 1.0),
+        price=lambda fit: float(len(fit.picks)),
+        left=lambda fit: 1.0,
+        exact=lambda fit: False,
+        idle=lambda fit, lasting: (),
+        without=without,
+    )
+    made = priced([channel], (fit_with("drift+overshoot+relaxation", 1.0),))
+    assert leaner([channel], made).names == {"relaxation"}
 
 
 def test_what_moves_nothing_on_a_channel_keeps_its_curve_there() -> None:

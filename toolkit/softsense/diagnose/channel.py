@@ -58,8 +58,8 @@ LEAST_GUARD = 0.05
 SECOND_PRICE = 0.25
 # Per sample: what more effects may leave less than noise, or than fewer, by chance.
 LESS_LEFT = 0.02
-# What an effect does that says nothing, of the noise.
-SAYS_NOTHING = 0.3
+# What an effect does that says next to nothing, of the noise.
+SAYS_NOTHING = 2.0
 # A static miscalibration: an offset, or a whole curve, with a share of the gap for each.
 OFFSET_PRICE = 0.05
 OFFSET_SHARE = 0.005
@@ -638,7 +638,7 @@ class Channel:
         return self._composed(held, Fit(held, fit.errors, weights, None))
 
     def _says_nothing(self, fit: Fit, name: str) -> bool:
-        """Whether the effect ``name`` of a fit without a walk says far less than the noise."""
+        """Whether the effect ``name`` of a fit without a walk says less than the noise."""
         if (WALK, 0) in fit.picks:
             return False
         (said,) = (self.columns(pick) @ own for pick, own in self.weighted(fit) if pick[0] == name)
@@ -1209,6 +1209,7 @@ class Channel:
             alone = float(sizes.max()) > ALONE * float(sizes.sum())
             most = min(candidate.largest, candidate.alone if alone else np.inf)
             below = candidate.positive and float(weights.min()) < 0.0
+            below |= candidate.opposed and float(weights[:-1].sum() * weights[-1]) > 0.0
             quick = float(weights[: candidate.quick].sum()) > candidate.alone
             far = False
             if np.isfinite(candidate.farthest) or walking:

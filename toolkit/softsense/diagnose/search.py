@@ -191,9 +191,13 @@ def _moved(channels: Sequence[Channel], names: Names) -> Model:
 def leaner(channels: Sequence[Channel], made: Model, composed: bool = False) -> Model:
     """``made``, whose effects may be ``composed``, or what is cheaper without some of its effects
     on channels that have others too, where they say less than it costs to name them there."""
-    for number, (channel, fit) in enumerate(zip(channels, made.fits, strict=True)):
-        own = frozenset(name for name, _ in fit.picks)
-        for name in sorted(own) if len(own) > 1 and WALK not in made.names else ():
+    for number, channel in enumerate(channels):
+        own = sorted({name for name, _ in made.fits[number].picks})
+        for name in own if len(own) > 1 and WALK not in made.names else ():
+            fit = made.fits[number]
+            # Without another one, it may be all that there is.
+            if name not in dict(fit.picks) or len(fit.picks) < 2:
+                continue
             fewer = channel.without(fit, name, composed)
             saved = len(made.names) * NAME_SHARE * channel.excess
             if channel.price(fewer) < channel.price(fit) + saved:
@@ -608,7 +612,7 @@ def _without_curves(channels: Sequence[Channel], models: Sequence[Model]) -> lis
     least = min(several, key=lambda made: _left(channels, made))
     each = list(zip(channels, least.fits, strict=True))
     fits = all_at_once(lambda one: one[0].without_curve(one[1]), each)
-    return [leaner(channels, priced(channels, tuple(fits)))]
+    return [leaner(channels, priced(channels, tuple(fits)), composed=True)]
 
 
 def _instead(
@@ -625,7 +629,7 @@ def _instead(
     def instead(new: str) -> Model:
         each = list(zip(channels, best.fits, strict=True))
         fits = all_at_once(lambda one: one[0].instead(one[1], old, new), each)
-        return leaner(channels, priced(channels, tuple(fits)))
+        return leaner(channels, priced(channels, tuple(fits)), composed=True)
 
     return [instead(new) for new in sorted((ALIKE - own - {CURVE}) & set(names))]
 
@@ -662,7 +666,7 @@ def _upon_best(
             if on_each_other(fit.picks):
                 fit = channels[c].composed(fit, frozenset(dict(fit.picks)))
             made[c] = min(made[c], fit, key=channels[c].price)
-        result.append(leaner(channels, priced(channels, tuple(made))))
+        result.append(leaner(channels, priced(channels, tuple(made)), composed=True))
     return result
 
 

@@ -450,11 +450,12 @@ class Candidate:
     whatever is near, and ``nearly``: it is a model of a material, also where the effect is an exact
     equation. ``largest``: weights beyond it are not physical, nor those beyond ``alone`` where the
     others are next to nothing, or of the first ``quick`` ones together; ``positive``: nor those
-    below 0; ``farthest``: nor what goes farther than so many codes to both sides, whatever its
-    parts are. ``levels(weights)``: of a curve, at even steps, where ``largest`` is of those; beside
-    other effects they may be straight as well. ``moved()``: (samples,) the strain that reaches the
-    sensor, where that is what the effect changes; ``by_strain``: the columns are just what the
-    channel says of it, less what it says of the nominal strain.
+    below 0; ``opposed``: nor a last one that goes the same way as the others; ``farthest``: nor
+    what goes farther than so many codes to both sides, whatever its parts are. ``levels(weights)``:
+    of a curve, at even steps, where ``largest`` is of those; beside other effects they may be
+    straight as well. ``moved()``: (samples,) the strain that reaches the sensor, where that is what
+    the effect changes; ``by_strain``: the columns are just what the channel says of it, less what
+    it says of the nominal strain.
     """
 
     made: Floats | Callable[[], Floats]
@@ -470,6 +471,7 @@ class Candidate:
     alone: float = np.inf
     quick: int = 0
     positive: bool = False
+    opposed: bool = False
     farthest: float = np.inf
     levels: Callable[[Floats], Floats] | None = None
     moved: Callable[[], Floats] | None = None

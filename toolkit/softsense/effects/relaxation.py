@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 
 import numpy as np
@@ -30,7 +30,7 @@ LADDERS = (
     (0.05, 0.15, 0.5, 1.5, 5.0, 20.0, 80.0, 400.0),
 )
 # What takes so many times as long as the recording is a scale: that of a simulator which was fitted
-# while its sensors had relaxed in part.
+# while its sensors had relaxed in part, and so the other way.
 FITTED = (0.6, 3.0, 15.0, 75.0, 375.0)
 STAYS = 20.0
 # Of a recording that is so many times as long as the slowest of these, one that goes on to its end.
@@ -48,6 +48,8 @@ HASTES = (-2.0, -1.0, 1.0, 2.0)
 # Around one of these; and how much more of it relaxes at full signal than at none.
 HASTES_NEAR = (-0.5, 0.0, 0.5)
 GROWTHS = (-0.4, 0.0, 0.4, 0.8)
+# Or how far what drives it bends upwards.
+LOADS = (0.5, 1.0, 1.6)
 # Time constants of a dashpot that gives way by activation, and how far of the range it is stretched
 # where it does so much faster.
 GIVES_S = (3.0, 10.0, 30.0)
@@ -133,7 +135,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
             for grows in GROWTHS
             for values in [{"haste": haste, "grows": grows} if grows else {"haste": haste}]
             for taus in (*LADDERS[1:3], _fitted(nominal))
-        ]
+        ] + _loaded(nominal, values["haste"] + np.array(HASTES_NEAR))
     if "recovers" in values:
         around = np.geomspace(0.6, 1.7, 7)
         paces_s, times = values["rising_s"] * around, values["recovers"] * around
@@ -141,10 +143,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     near = values["tau_s"] * np.geomspace(0.75, 1.33, 5) if "tau_s" in values else np.zeros(0)
 
     # One candidate may be asked for alone, and two share what is relaxed.
-    @cache
-    def curved(bend: float) -> Floats:
-        share = np.expm1(bend * nominal.share) / np.expm1(bend) if bend else nominal.share
-        return share * nominal.span
+    curved = cache(partial(_curved, nominal))
 
     @cache
     def relaxed(bend: float, taus: tuple[float, ...]) -> Floats:
@@ -163,6 +162,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         for haste in HASTES
         for taus in (*LADDERS[1:3], _fitted(nominal))
     ]
+    result += _loaded(nominal, HASTES)
     result += [_prony(partial(relaxed, 0.0, taus), "prony", taus) for taus in _ladders(nominal)]
     for bend in (0.0, *BENDS):
         for taus in LADDERS[1:3]:
@@ -181,6 +181,27 @@ def _singles(nominal: Nominal, taus: Floats) -> list[Candidate]:
     ]
 
 
+def _loaded(nominal: Nominal, hastes: Iterable[float]) -> list[Candidate]:
+    """What is hasty under a load that grows more than in proportion."""
+    return [
+        _prony(
+            partial(_hasty, nominal, haste, LADDERS[2], load=load),
+            "hasty",
+            LADDERS[2],
+            {"haste": float(haste), "load": load},
+        )
+        for haste in hastes
+        for load in LOADS
+    ]
+
+
+def _curved(nominal: Nominal, bend: float) -> Floats:
+    """(samples,) the signal, over the same span, where it is bent so far."""
+    share = np.expm1(bend * nominal.share) / np.expm1(bend) if bend else nominal.share
+    curved: Floats = share * nominal.span
+    return curved
+
+
 def _uneven(
     nominal: Nominal, rising_s: Sequence[float], recovers: Sequence[float]
 ) -> list[Candidate]:
@@ -190,27 +211,8 @@ def _uneven(
         for times in recovers:
             values = {"rising_s": pace_s, "recovers": times}
             made = partial(_at_two_paces, nominal, pace_s, pace_s * times)
-            result += _scaled_or_not(nominal, nominal.u, made, values, "uneven")
+            result.append(Candidate(made, values, "uneven", largest=MOST))
     return result
-
-
-def _scaled_or_not(
-    nominal: Nominal,
-    signal: Floats,
-    made: Callable[[], Floats],
-    values: Mapping[str, float],
-    form: str,
-) -> list[Candidate]:
-    """What is ``made``, also with a scale of the ``signal``."""
-
-    def scaled() -> Floats:
-        scale = (signal[0] - signal)[nominal.keep, None]
-        return np.concatenate([made(), scale], axis=1)
-
-    return [
-        Candidate(made, values, form, largest=MOST),
-        Candidate(scaled, values, form, largest=MOST),
-    ]
 
 
 def _at_two_paces(nominal: Nominal, rising_s: float, falling_s: float) -> Floats:
@@ -230,17 +232,15 @@ def _activated(
         return column[nominal.keep, None]
 
     return [
-        candidate
-        for signal in (nominal.share, nominal.strain)
-        for tau_s in times_s
-        for bend in bends
-        for candidate in _scaled_or_not(
-            nominal,
-            nominal.span * signal,
+        Candidate(
             partial(behind, signal, tau_s, bend),
             {"tau_s": tau_s, "activated": bend},
             "activated",
+            largest=MOST,
         )
+        for signal in (nominal.share, nominal.strain)
+        for tau_s in times_s
+        for bend in bends
     ]
 
 
@@ -252,16 +252,9 @@ def _seeping(nominal: Nominal, seeps_s: Sequence[float]) -> list[Candidate]:
         return column[nominal.keep, None]
 
     return [
-        candidate
+        Candidate(partial(behind, signal, time_s), {"seeps_s": time_s}, "seeping", largest=MOST)
         for signal in (nominal.share, nominal.strain)
         for time_s in seeps_s
-        for candidate in _scaled_or_not(
-            nominal,
-            nominal.span * signal,
-            partial(behind, signal, time_s),
-            {"seeps_s": time_s},
-            "seeping",
-        )
     ]
 
 
@@ -298,15 +291,18 @@ def _given_way(pushes: Floats, kept: float) -> Floats:
     return output
 
 
-def _hasty(nominal: Nominal, haste: float, taus: Sequence[float], grows: float = 0.0) -> Floats:
+def _hasty(
+    nominal: Nominal, haste: float, taus: Sequence[float], grows: float = 0.0, load: float = 0.0
+) -> Floats:
     """(kept samples, time constants) of parts that relax the faster, the larger the signal is, and
-    weigh the more (``grows``).
+    weigh the more (``grows``), or of a ``load`` that grows more than in proportion to it.
 
     Schapery, Polym. Eng. Sci. 9 (1969): time goes by the faster, the more a material is stressed.
     """
     faster = np.exp(haste * (nominal.share - MIDDLE))
+    signal = _curved(nominal, load) if load else nominal.u
     parts = [
-        at_own_pace(nominal.u, nominal.dt_s / tau * faster)[nominal.keep] - nominal.u[nominal.keep]
+        at_own_pace(signal, nominal.dt_s / tau * faster)[nominal.keep] - signal[nominal.keep]
         for tau in taus
     ]
     weight = 1.0 + grows * (nominal.share[nominal.keep] - MIDDLE)
@@ -347,7 +343,16 @@ def _prony(
 ) -> Candidate:
     quick = sum(tau < CIRCUIT_S for tau in taus)
     most = MOST_OF_SEVERAL if quick else MOST_OF_SLOW
-    return Candidate(made, values or {}, form, parallel=True, largest=most, alone=MOST, quick=quick)
+    return Candidate(
+        made,
+        values or {},
+        form,
+        parallel=True,
+        largest=most,
+        alone=MOST,
+        quick=quick,
+        opposed=taus[:-1] == FITTED,
+    )
 
 
 def _relaxed(nominal: Nominal, signal: Floats, taus: Sequence[float]) -> Floats:
