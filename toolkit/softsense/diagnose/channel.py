@@ -785,7 +785,8 @@ class Channel:
         change, moved = np.zeros(len(self.nominal.u)), None
         wanders, read = (WALK, 0) in ordered, False
         made: dict[str, list[Entry]] = {}
-        nominal, stage = self.nominal, ""
+        alone = self.nominal.apart_from(name for name, _ in ordered if name != WALK)
+        nominal, stage = alone, ""
         for name, number in ordered:
             if name == WALK:
                 continue
@@ -794,14 +795,14 @@ class Channel:
                 # Whatever wanders, what was read says where on its curve a converter was.
                 read = wanders and all_effects()[name].bent
                 done = self.residual if read else change
-                nominal = self.nominal.acting_on(self.nominal.u + done, moved)
+                nominal = alone.acting_on(alone.u + done, moved)
             if all_effects()[name].stage == MOTION or name in kept:
                 again = self._again(nominal, name, self.entries[name][number])
                 made[name] = [altered(again, nominal=nominal)]
             elif read or change.any():
                 made[name] = self._upon(nominal, name, number)
             else:
-                made[name] = self._once_more(name, number)
+                made[name] = self._once_more(alone, name, number)
             if name in anew and change.any():
                 everywhere = self._offered(nominal, name, None)
                 made[name] += [altered(other, nominal=nominal) for other in everywhere]
@@ -825,19 +826,20 @@ class Channel:
         source = entry.number, entry.near, entry.place
         return self._entry(explained(asked, name, *source), *source)
 
-    def _once_more(self, name: str, number: int) -> list[Entry]:
-        """The same where nothing has changed the nominal signal."""
+    def _once_more(self, alone: Nominal, name: str, number: int) -> list[Entry]:
+        """The same where nothing has changed the nominal signal, which is that of the channel
+        ``alone``."""
         entry = self.entries[name][number]
-        key = name, entry.number, entry.place, *(entry.near or {}).items()
+        key = alone is self.nominal, name, entry.number, entry.place, *(entry.near or {}).items()
         if key not in self._unchanged:
             while len(self._unchanged) >= KEPT:
                 del self._unchanged[next(iter(self._unchanged))]
             if self.long and entry.near is not None:
                 # It was looked at closely, which takes long.
-                again = self._again(self.nominal, name, entry)
-                self._unchanged[key] = [altered(again, nominal=self.nominal)]
+                again = self._again(alone, name, entry)
+                self._unchanged[key] = [altered(again, nominal=alone)]
             else:
-                self._unchanged[key] = self._upon(self.nominal, name, number)
+                self._unchanged[key] = self._upon(alone, name, number)
         return self._unchanged[key]
 
     def columns(self, pick: Pick) -> Floats:

@@ -370,13 +370,13 @@ def _applied(
     for channel, nominal in enumerate(made):
         if diagnosis.static.size and np.any(diagnosis.static[channel]):
             change[:, channel] += _curve(motion.felt_by(channel)) @ diagnosis.static[channel]
-        done, acted_on, moved, stage = np.zeros(len(smooth)), nominal, None, ""
-        for trace in diagnosis.traces:
-            if trace.channel != channel:
-                continue
+        traces = [trace for trace in diagnosis.traces if trace.channel == channel]
+        alone = nominal.apart_from(trace.effect for trace in traces)
+        done, acted_on, moved, stage = np.zeros(len(smooth)), alone, None, ""
+        for trace in traces:
             if acts_on_change(trace.effect, stage):
                 stage = all_effects()[trace.effect].stage
-                acted_on = nominal.acting_on(smooth[:, channel] + done, moved)
+                acted_on = alone.acting_on(smooth[:, channel] + done, moved)
             upon = acted_on if trace.upon else nominal
             candidate = explained(upon, trace.effect, trace.candidate, trace.near, trace.place)
             done += candidate.columns @ trace.weights

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal, TypeVar
@@ -262,6 +262,17 @@ class Nominal:
         largest = np.maximum.accumulate(strain)
         return replace(
             self, codes=changed, strain=strain, largest=largest, known={}, known_of_strain={}
+        )
+
+    def apart_from(self, names: Iterable[str]) -> Nominal:
+        """The same where these effects are on the channel: of what electrical ones make of it,
+        nothing came through the curve."""
+        if all(all_effects()[name].stage != "electrical" for name in names):
+            return self
+        here, after = slice(self.channel), slice(self.channel + 1, None)
+        heard = (*self.heard[here], self.u, *self.heard[after])
+        return replace(
+            self.once("apart", lambda: replace(self, heard=heard, known={})), keep=self.keep
         )
 
     def felt(self, stage: Stage) -> Nominal:
