@@ -407,6 +407,8 @@ class Channel:
 
     def _better_places(self, here: Iterable[Entry], there: Iterable[Entry]) -> list[str]:
         """The places of what is ``there`` that leave far less of the residual than all ``here``."""
+        if self.long:
+            return []
         residual = self.residual[self._thin]
         squares = float(residual @ residual)
 
@@ -415,8 +417,6 @@ class Channel:
             gram, side = columns.T @ columns, columns.T @ residual
             return squares - float(side @ np.linalg.lstsq(gram, side)[0])
 
-        if self.long:
-            return []
         least = PLACED * min(map(left, here))
         return sorted({entry.place for entry in there if left(entry) < least})
 
@@ -638,7 +638,7 @@ class Channel:
         return self._composed(held, Fit(held, fit.errors, weights, None))
 
     def _says_nothing(self, fit: Fit, name: str) -> bool:
-        """Whether the effect ``name`` of a fit without a walk says less than the noise."""
+        """Whether the effect ``name`` of a fit without a walk says next to nothing."""
         if (WALK, 0) in fit.picks:
             return False
         (said,) = (self.columns(pick) @ own for pick, own in self.weighted(fit) if pick[0] == name)
