@@ -56,7 +56,8 @@ Offered = list[dict[str, list[Entry]]]
 SCHEMA = "softsense.augmentation/10"
 STATIC_KNOTS = 8
 BETWEEN_S = 10.0
-# Channels hear what others make of what they hear: each time less by the crosstalk's share.
+# Channels hear what others make of what they hear: each time less by the crosstalk's share;
+# and how far a curve is followed depends on what comes of it.
 HEARINGS = 4
 # Effects that are a curve of the code, noise included.
 CURVES = ("adc_nonlinearity", "saturation")

@@ -71,7 +71,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant and power, or where more speed breaks less and less; or one way; or
-    sooner than it forms again, from some strain rate on, or through which a current tunnels."""
+    sooner than it forms again, from some strain rate on, or through which a current tunnels; what
+    shears, and what the fastest moment or a reversal breaks."""
     ladders = () if "tau_s" in values else LADDERS_S
     # What a ladder says coarsely, one time between those of the grid may say better.
     near = (
@@ -258,9 +259,10 @@ def _peaks(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
 
 def _sheared(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
     """What shears as far as a dashpot has not followed, and shows in some power of that."""
+    ahead = cache(partial(_ahead, nominal))
 
     def sheared(tau_s: float, power: float) -> Floats:
-        made: Floats = np.abs(_ahead(nominal, tau_s))[:, None] ** power * nominal.span
+        made: Floats = np.abs(ahead(tau_s))[:, None] ** power * nominal.span
         return made
 
     return [

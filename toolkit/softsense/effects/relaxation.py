@@ -122,7 +122,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """Around one time constant; and the ladders, also of a curve of the signal (Fung: what is
     stretched further relaxes more than in proportion), where the signal is right at once, and where
     what is stretched further relaxes faster; a part that relaxes at another pace than it recovers,
-    or than the simulator has it; and one that relaxes the faster, the further it has to go."""
+    or than the simulator has it; one that relaxes the faster, the further it has to go,
+    or seeps out; and what a load relaxes that is no line of the signal."""
     if "activated" in values:
         times_s, bends = (values[key] * np.geomspace(0.6, 1.7, 5) for key in ("tau_s", "activated"))
         return _activated(nominal, times_s.tolist(), bends.tolist())
