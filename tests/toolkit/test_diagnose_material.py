@@ -492,6 +492,25 @@ def test_what_is_elastic_leaks_or_gives_way_keeps_its_name() -> None:
         assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == (name,)
 
 
+def test_softening_that_goes_on_for_cycles_or_leaves_a_set_or_cracks_is_no_other() -> None:
+    """Below the largest strain so far, over some cycles; with what stays stretched, beside a
+    simulator that was calibrated with it; and cracks that a larger strain opens further."""
+    x, codes = clean(36)
+    top = np.maximum.accumulate(x)
+    way = np.cumsum(np.abs(np.diff(x, prepend=x[0])))
+    stretched = 0.3 * (top - x) * top + x * np.expm1(-(top - x) / 0.2)
+    cracked = np.maximum(top - 0.25, 0.0) ** 1.6 * (0.2 + x / np.maximum(top, 1e-3))
+    for lost in (
+        x * (top - x) ** 0.7 * -np.expm1(-way / 12.0),
+        3.0 * (np.polynomial.Polynomial.fit(x, stretched, 3)(x) - stretched),
+        cracked,
+    ):
+        made = codes - np.outer(lost, [120.0, -90.0, 0.0, 150.0])
+        result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+        assert result.effects == ("softening",)
+        assert result.data["unexplained"]["share"] < 1e-2
+
+
 def test_damage_that_only_a_larger_strain_makes_is_softening() -> None:
     """Nothing is as stiff again close to the largest strain so far."""
     x, codes = clean(11)

@@ -20,6 +20,10 @@ PATIENCE = (0.1, 0.3, 1.0)
 # is soft at once a scale.
 FIRST_WAYS = (1.5, 4.0)
 ENDS_WAYS = (1.0, 6.0)
+# The same where it goes on below an earlier largest strain.
+CYCLES_WAYS = (1.5, 4.0, 10.0)
+# How far below the largest strain it is soft, beside what stays stretched.
+SET_WIDTHS = (0.05, 0.08, 0.13, 0.2, 0.32, 0.5)
 # How slowly the largest strain is forgotten, where it is.
 HEAL_S = (150.0, 400.0)
 # How long damage takes to follow a larger strain, where it is not done at once.
@@ -59,7 +63,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     """The laws of softening around one width; what has none, nothing closer."""
-    often = _classes(nominal) + _forgetting(nominal)
+    often = _classes(nominal) + _forgetting(nominal) + _over_cycles(nominal)
+    often += [*_with_set(nominal), _settled(nominal)]
     if "ways" in values:
         near = np.clip(values["ways"] * np.geomspace(0.5, 2.0, 9), *ENDS_WAYS)
         return _bends(nominal) + often + _first_cycles(nominal, np.unique(near).tolist())
@@ -114,6 +119,48 @@ def _forgetting(nominal: Nominal) -> list[Candidate]:
             for part in (soft * nominal.share, soft * nominal.strain):
                 result.append(Candidate(part[:, None], values, "forgetting"))
     return result
+
+
+def _over_cycles(nominal: Nominal) -> list[Candidate]:
+    """What is softer below the largest strain so far, and goes on to soften for some cycles."""
+    kept = nominal.kept()
+    below, x = kept.largest - kept.strain, kept.strain
+    parts = np.stack([below, below * x, below**2, np.sqrt(below) * x], axis=1) * kept.span
+    return [
+        Candidate(-np.expm1(-nominal.way / way)[:, None] * parts, {"ways": way}, "over cycles")
+        for way in CYCLES_WAYS
+    ]
+
+
+def _with_set(nominal: Nominal) -> list[Candidate]:
+    """The exponential law, and what stays stretched by the largest strain so far (Dorfmann and
+    Ogden, Int. J. Solids Struct. 41, 2004); also beside a curve, to which a simulator may have been
+    calibrated."""
+    nominal = nominal.kept()
+    x, below, curve = nominal.strain, nominal.largest - nominal.strain, _curve(nominal)
+    result = []
+    for width in SET_WIDTHS:
+        law = -np.expm1(-below / width) * x
+        parts, values = [law, law * x, below, below * nominal.largest], {"width": width}
+        for more, curved in (([], False), (curve, True)):
+            columns = np.stack([*parts, *more], axis=1) * nominal.span
+            result.append(Candidate(columns, values, "set", curved=curved))
+    return result
+
+
+def _settled(nominal: Nominal) -> Candidate:
+    """Where the largest strain is soon met, what softens is a curve from then on, and little is
+    seen of how it came to that: bends, damage and that curve."""
+    nominal = nominal.kept()
+    x, top, below = nominal.strain, nominal.largest, nominal.largest - nominal.strain
+    parts = [below, below * top, below**2, below * x, top * x, top * x**2]
+    columns = np.stack([*parts, *_curve(nominal)], axis=1) * nominal.span
+    return Candidate(columns, {}, "settled", curved=True, pliable=True)
+
+
+def _curve(nominal: Nominal) -> list[Floats]:
+    """(samples,) each: powers of the signal."""
+    return [nominal.share**power for power in (1, 2, 3)]
 
 
 @compiled
@@ -207,7 +254,8 @@ EFFECT = Effect(
     "ogden_roxburgh: s = erf((W(x_m) - W(x))/w), W = x^2/2; x_m the largest strain so far",
     source="Ogden and Roxburgh, Proc. R. Soc. A 455 (1999); Miehe, Eur. J. Mech. A 14 (1995); "
     "Simo, Comput. Methods Appl. Mech. Eng. 60 (1987); "
-    "Mullins, Rubber Chem. Technol. 42 (1969)",
+    "Mullins, Rubber Chem. Technol. 42 (1969); with a permanent set: Dorfmann and Ogden, Int. J. "
+    "Solids Struct. 41 (2004)",
     fingerprint="depends on the largest strain so far, most below an earlier maximum",
     parameters=(
         Parameter("depth", "1", 0.02, 0.5, 0.15, "share of the signal that is lost"),
