@@ -336,6 +336,12 @@ def test_heavy_tails_are_no_spikes_and_harmonics_no_noise() -> None:
     assert diagnose(recorded(x, codes, 1), recorded(x, hummed, 2)).effects == ("interference",)
 
 
+def test_columns_are_foretold_side_by_side_as_they_are_alone() -> None:
+    table = np.random.default_rng(1).normal(size=(900, 19))
+    alone = [innovations(column[:, None], 0.2)[:, 0] for column in table.T]
+    np.testing.assert_array_equal(innovations(table, 0.2), np.stack(alone, axis=1))
+
+
 @pytest.mark.parametrize(("step", "gain"), [(0.02, 0.02), (0.2, 0.2), (1.0, 0.6)])
 def test_what_a_walk_does_not_foretell_is_white(step: float, gain: float) -> None:
     """The settled gain K of a local level solves K^2 / (1 - K) = (step / noise)^2."""

@@ -305,6 +305,17 @@ def test_what_remembers_runs_at_the_full_rate_where_samples_are_thinned() -> Non
             assert np.abs(one.columns[::3] - some).max() < 1e-6 * size, (name, one.form, one.values)
 
 
+def test_what_channels_say_of_one_strain_is_the_same_asked_together() -> None:
+    x, codes = clean(2, 1500)
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    effect = all_effects()["backlash"]
+    for nominal in nominals(codes, codes, motion, 12, reference)[1:]:
+        alone, together = (effect.explain(each) for each in (nominal, replace(nominal, alike=True)))
+        for one, other in zip(alone, together, strict=True):
+            np.testing.assert_allclose(other.columns, one.columns, rtol=1e-6, atol=1e-3)
+
+
 def test_candidates_are_the_same_ones_whatever_moves_the_strain() -> None:
     """They are known by their number."""
     x, codes = clean(2, 1500)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Container, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Container, Hashable, Iterable, Mapping, Sequence, Set
 from copy import copy
 from dataclasses import replace
 
@@ -41,6 +41,7 @@ Floats = NDArray[np.float64]
 Held = tuple[Pick, ...]
 Names = frozenset[str]
 NOBODY: Names = frozenset()
+NO_PICKS: Set[Pick] = frozenset()
 
 # Prices in units of the noise variance (a chance column gains about 1). Set on made cases of the
 # training half of tests/benchmarks/gap.
@@ -143,6 +144,8 @@ SEARCHED_OF_LONG = 10_000
 # more closely for itself.
 SAYS = 0.12
 SAYS_OF_LONG = 0.25
+# Columns are compared that are the same in so many samples.
+GLANCED = 100
 # The columns of a candidate that an entry has laid out.
 NOTHING: Floats = np.zeros((0, 0))
 
@@ -272,8 +275,8 @@ class Channel:
         residual, gain = self.wandering(self.residual)[self._thin], self.gain
         history = self.wandering(history)
         for _ in range(2):
-            basis = innovations(history, gain)
-            weights = np.linalg.lstsq(basis, innovations(residual[:, None], gain)[:, 0])[0]
+            basis, news = innovations(history, gain), innovations(residual[:, None], gain)[:, 0]
+            weights = np.linalg.lstsq(basis.T @ basis, basis.T @ news)[0]
             gain = likely_gain(residual - history @ weights, self.sigma)
         return gain
 
@@ -309,20 +312,20 @@ class Channel:
 
     def _take(self, found: Mapping[str, Sequence[Entry]]) -> None:
         """Lay out the columns of ``found``, each once, and forget all fits."""
-        begin = len(self._base.rows)
+        begin, glance = len(self._base.rows), slice(None, None, self.samples // GLANCED + 1)
         self.entries: dict[str, list[Entry]] = {}
         self.groups: dict[str, Group] = {}
         for name, entries in found.items():
             if not entries:
                 continue
             rows: list[Columns] = []
-            places: dict[float, list[int]] = {}
+            places: dict[bytes, list[int]] = {}
             made: dict[tuple[int, ...], Columns] = {}
             laid = []
             for entry in entries:
                 numbers, columns = [], np.asarray(entry.columns, dtype=np.float32, order="F")
                 for row in columns.T:
-                    alike = places.setdefault(float(row @ row), [])
+                    alike = places.setdefault(row[glance].tobytes(), [])
                     place = next((k for k in alike if np.array_equal(rows[k], row)), len(rows))
                     if place == len(rows):
                         alike.append(place)
@@ -1084,15 +1087,15 @@ class Channel:
         least = min(map(self.price, known), default=np.inf)
         return self.samples + HOPELESS * max(least - self.samples, 0.0)
 
-    def _pliable(self, fit: Fit, held: Held) -> list[Pick]:
+    def _pliable(self, fit: Fit, held: Held) -> set[Pick]:
         """Pliable candidates of the effects of which ``fit`` has one, but for those ``held``."""
-        return [
+        return {
             (name, number)
             for name, chosen in fit.picks
             if name != WALK and (name, chosen) not in held
-            for number, entry in enumerate(self.entries[name])
-            if entry.candidate.pliable and self.entries[name][chosen].candidate.pliable
-        ]
+            if self.entries[name][chosen].candidate.pliable
+            for number in self.groups[name].pliable
+        }
 
     def chosen_again(self, fit: Fit, held: Held = ()) -> Fit:
         """``fit``, or a cheaper one of the same effects: those chosen one after the other may stand
@@ -1168,7 +1171,7 @@ class Channel:
         static: int,
         held: Held = (),
         more: Iterable[str] = (),
-        refused: Container[Pick] = (),
+        refused: Set[Pick] = NO_PICKS,
         hopeless: float = np.inf,
     ) -> Fit:
         """The best candidate of ``last`` beside ``others``, then of ``more`` and of the others
@@ -1227,7 +1230,7 @@ class Channel:
         picks: Sequence[Pick],
         static: int,
         name: str,
-        refused: Container[Pick] = (),
+        refused: Set[Pick] = NO_PICKS,
     ) -> int:
         """The candidate of an effect that fits best beside ``picks``, of those not ``refused``."""
         if name == WALK:
@@ -1235,7 +1238,9 @@ class Channel:
         worth = self.worth(picks, static, name)
         best = int(np.argmax(worth))
         if (name, best) in refused:
-            left = [-np.inf if (name, k) in refused else own for k, own in enumerate(worth)]
+            left = worth.copy()
+            # Those tried since are not among them.
+            left[[k for n, k in refused if n == name and k < len(left)]] = -np.inf
             best = int(np.argmax(left))
         return best
 

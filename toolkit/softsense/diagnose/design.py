@@ -9,15 +9,16 @@ its fit has not seen takes those per block, of every sample of the few columns t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import combinations_with_replacement
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.diagnose.walk import innovations
+from softsense.diagnose.walk import ABREAST, innovations
 from softsense.effects import MARKS, Candidate, Nominal, altered
 from softsense.effects.operators import compiled
 
@@ -86,7 +87,12 @@ class Entry:
 
 def further(candidate: Candidate) -> int:
     """How many parameters it has beyond a first one; those that are numbered are as good as two."""
-    keys = candidate.values.keys() - COUNTED
+    return _further(frozenset(candidate.values))
+
+
+@cache
+def _further(names: frozenset[str]) -> int:
+    keys = names - COUNTED
     kinds = {key.rstrip("0123456789") for key in keys}
     return max(len(kinds) + len(kinds - keys) - 1, 0)
 
@@ -143,6 +149,7 @@ class Group:
         self.curved = np.array([entry.candidate.curved for entry in entries])
         self.shifting = np.array([entry.candidate.shifting for entry in entries])
         self.further = np.array([further(entry.candidate) for entry in entries])
+        self.pliable = [k for k, entry in enumerate(entries) if entry.candidate.pliable]
 
 
 class Base:
@@ -165,7 +172,7 @@ class Base:
         self.laid = np.empty((len(rows), self.chosen_by), dtype=np.float32)
         # The residual keeps its size; of the others it is 1 from here on.
         self.scale = np.array(
-            [self.lay(row, self.laid[k], not k) for k, row in enumerate(self.rows)]
+            [_laid(row, together, self.laid[k], not k) for k, row in enumerate(self.whole)]
         )
         sizes = self.scale[:, None] * self.scale
         self.per_block: Floats = _block_products(self.whole, self.whole, BLOCKS) / sizes
@@ -177,12 +184,13 @@ class Base:
             return rows
         return innovations((rows if self.felt is None else rows / self.felt).T, self.gain).T
 
-    def lay(self, row: NDArray[Any], out: NDArray[np.float32], keeps: bool = False) -> float:
-        """Write a column of size 1, or as it is where it ``keeps`` it, into ``out``; its size."""
-        if self.gain is not None:
-            row = self.unforeseen(row[None])[0]
-        size: float = _laid(row, self.together, out, keeps)
-        return size
+    def each_unforeseen(self, rows: Sequence[NDArray[Any]]) -> Iterator[NDArray[Any]]:
+        """The same of many ``rows`` (samples,), some at once."""
+        if self.gain is None:
+            yield from rows
+            return
+        for k in range(0, len(rows), ABREAST):
+            yield from self.unforeseen(np.array(rows[k : k + ABREAST]))
 
 
 class Design:
@@ -223,8 +231,9 @@ class Design:
             return
         self._laid.add(name)
         span = self._spans[name]
-        for number in range(span.start, span.stop):
-            self._scale[number] = self._before.lay(self._columns[number], self._rows[number])
+        rows = self._before.each_unforeseen(self._columns[span])
+        for number, row in enumerate(rows, span.start):
+            self._scale[number] = _laid(row, self._before.together, self._rows[number], False)
 
     def _whole(self, columns: tuple[int, ...]) -> Floats:
         """(n, samples) of the columns, or their innovations, each of its own size."""
@@ -347,18 +356,23 @@ def _make_room(kept: dict[Any, Floats]) -> None:
 def _laid(column: Floats, together: int, row: NDArray[np.float32], keeps: bool) -> float:
     """Write a column of size 1, or as it is where it ``keeps`` it, into ``row``; its size.
 
-    So many samples are one ``together``: of what hardly moves in between that keeps the inner
-    products, and of white noise the size.
+    So many samples (1, 2 or 4) are one ``together``: of what hardly moves in between that keeps the
+    inner products, and of white noise the size.
     """
     size = 1.0 if keeps else np.sqrt(np.dot(column, column) / len(column)) + 1e-12
     whole = len(column) // together
     share = np.float32(1.0 / (size * np.sqrt(together)))
-    for k in range(whole):
-        row[k] = share * column[k * together]
-    # All second ones, then all third: the processor does several at once.
-    for j in range(1, together):
+    # Where the compiler knows how many there are, the processor does several at once.
+    if together == 1:
         for k in range(whole):
-            row[k] += share * column[k * together + j]
+            row[k] = share * column[k]
+    elif together == 2:
+        for k in range(whole):
+            row[k] = share * (column[2 * k] + column[2 * k + 1])
+    else:
+        for k in range(whole):
+            two = column[4 * k] + column[4 * k + 1]
+            row[k] = share * (two + (column[4 * k + 2] + column[4 * k + 3]))
     if whole < len(row):
         rest = column[whole * together :]
         row[whole] = rest.sum() / (size * np.sqrt(len(rest)))
@@ -368,10 +382,13 @@ def _laid(column: Floats, together: int, row: NDArray[np.float32], keeps: bool) 
 def _block_products(one: Floats, other: Floats, blocks: int) -> Floats:
     """(blocks, n, m) products of the rows of ``one`` with those of ``other``."""
     result = np.empty((blocks, len(one), len(other)))
-    size, more = divmod(one.shape[1], blocks)
-    for b in range(blocks):
-        begin, end = b * size + min(b, more), (b + 1) * size + min(b + 1, more)
-        np.dot(one[:, begin:end], other[:, begin:end].T, out=result[b])
+    size, longer = divmod(one.shape[1], blocks)
+    # The first blocks are one sample longer: those of one length are multiplied at once.
+    split = longer * (size + 1)
+    for first, length, part in ((0, size + 1, result[:longer]), (split, size, result[longer:])):
+        last = first + length * len(part)
+        a, b = (r[:, first:last].reshape(len(r), len(part), length) for r in (one, other))
+        np.matmul(a.transpose(1, 0, 2), b.transpose(1, 2, 0), out=part)
     return result
 
 

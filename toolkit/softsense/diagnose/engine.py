@@ -20,7 +20,14 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import SEARCHED, WALK, Channel, acts_on_change, explained
+from softsense.diagnose.channel import (
+    EFFECT_PRICE,
+    SEARCHED,
+    WALK,
+    Channel,
+    acts_on_change,
+    explained,
+)
 from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.design import Entry
 from softsense.diagnose.moved import together
@@ -242,7 +249,9 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     ) -> tuple[list[Channel], Vetted]:
         noise = variance.noise_beside(rest, found)
         heard = by_channel(smooth + rest)
-        hearing = [replace(nominal, heard=heard) for nominal in alone]
+        gap = np.mean(rest**2, axis=0) > (1.0 + EFFECT_PRICE) * noise**2
+        alike = bool(gap.mean() > 0.5)
+        hearing = [replace(nominal, heard=heard, alike=alike) for nominal in alone]
         made = _channels(hearing, motion, rest, noise, own, missed, kept, names, earlier)
         checked = vetted(made, search(made, names, strain), motion, strain)
         checked = replace(checked, models=railed(made, checked.models))

@@ -510,6 +510,8 @@ def _said(
     x = before = largest = strain[0]
     speed = abs(strain[min(1, samples - 1)] - x) / dt_s
     slow[:], square[:], loops[:], fast[:] = x, x**2, x, speed
+    # Sums side by side: one after the other, each would wait for the one before.
+    part = np.empty(SLOW)
     said = np.empty((len(weights), (samples - 1) // step + 1))
     for k in range(samples):
         x, speed_before = strain[k], speed
@@ -533,13 +535,15 @@ def _said(
             past = inside - piece / pieces
             for c in range(len(weights)):
                 own, curve = weights[c], curves[c]
-                total = own[-1] * largest
                 for f in range(SLOW):
-                    total += own[f] * slow[f] + own[of_square + f] * square[f]
+                    part[f] = own[f] * slow[f] + own[of_square + f] * square[f]
                 for f in range(LOOPS):
-                    total += own[of_loop + f] * loops[f]
+                    part[f] += own[of_loop + f] * loops[f]
                 for f in range(FAST):
-                    total += own[of_fast + f] * fast[f]
+                    part[f] += own[of_fast + f] * fast[f]
+                total = own[-1] * largest
+                for f in range(2):
+                    total += (part[f] + part[f + 4]) + (part[f + 2] + part[f + 6])
                 static = curve[0, piece]
                 for power in range(1, 4):
                     static = static * past + curve[power, piece]

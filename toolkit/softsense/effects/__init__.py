@@ -20,6 +20,7 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -56,8 +57,9 @@ STRAIGHT = "straight"
 MARKS = frozenset({BEFORE_CURVE, ELASTIC, CALIBRATED, AS_CURVE, STRAIGHT})
 # What relaxes or lags behind, of the span, before it matters which of them is meant.
 STRESSED = 0.004
-# So many samples at most are kept of what all channels ask for.
+# So many samples at most are kept of what all channels ask for, and so many of the latest changes.
 KEPT_FOR_ALL = 20_000
+CHANGES_KEPT = 512
 # Over so long what is read is averaged, to know where a change goes.
 SMOOTH_S = 0.5
 # Powers of the strain that make such a curve.
@@ -196,7 +198,8 @@ class Nominal:
     ``start_s``: time of the first sample since the experiment began; ``largest``: (samples,)
     largest strain so far. ``keep``: the samples that traces are asked for; an effect may give them
     for all. ``known``, ``known_of_strain``: what ``once``, ``once_for_all`` and ``once_of`` have
-    made. ``itself``: the strain is the channel's own signal (``felt``).
+    made. ``itself``: the strain is the channel's own signal (``felt``). ``alike``: most channels
+    ask what the same strains change.
     """
 
     codes: tuple[Floats, ...]
@@ -215,6 +218,7 @@ class Nominal:
     known: dict[str, Any] = field(default_factory=dict, repr=False)
     known_of_strain: dict[Hashable, Any] = field(default_factory=dict, repr=False)
     itself: bool = False
+    alike: bool = False
 
     def once(self, name: str, make: Callable[[], Of]) -> Of:
         """What ``make`` makes of the channel's signal, made once whatever samples are kept."""
@@ -243,6 +247,22 @@ class Nominal:
         made: Of = self.known_of_strain[key]
         return made
 
+    def changed(self, name: Hashable, moved: Callable[[], Floats]) -> Floats:
+        """(kept samples,) what the channel says of the strain that is ``moved`` less what it says
+        of its own; that of one ``name`` is made once for all channels where most ask for it."""
+        few = len(self.strain) <= KEPT_FOR_ALL and self.keep.step in (None, 1)
+        if not (self.alike and few):
+            return self.respond(moved(), self.keep) - self.respond(self.strain, self.keep)
+        kept = self.known_of_strain.setdefault("changed", OrderedDict())
+        if name not in kept:
+            own = self.once_for_all("unmoved", lambda: self.all_respond(self.strain, self.keep))
+            # Half the memory: a trace is known to seven digits.
+            kept[name] = (self.all_respond(moved(), self.keep) - own).astype(np.float32)
+            if len(kept) > CHANGES_KEPT:
+                kept.popitem(last=False)
+        change: Floats = kept[name][self.channel].astype(np.float64)
+        return change
+
     @property
     def u(self) -> Floats:
         """(samples,) the channel's own codes."""
@@ -260,9 +280,8 @@ class Nominal:
             return replace(self, codes=changed, known={})
         strain = moved()
         largest = np.maximum.accumulate(strain)
-        return replace(
-            self, codes=changed, strain=strain, largest=largest, known={}, known_of_strain={}
-        )
+        made = replace(self, codes=changed, strain=strain, largest=largest, known={})
+        return replace(made, known_of_strain={}, alike=False)
 
     def apart_from(self, names: Iterable[str]) -> Nominal:
         """The same where these effects are on the channel: of what electrical ones make of it,
@@ -304,6 +323,7 @@ class Nominal:
             known={},
             known_of_strain={},
             itself=True,
+            alike=False,
         )
 
     def kept(self) -> Nominal:

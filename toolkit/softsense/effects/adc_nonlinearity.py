@@ -10,6 +10,7 @@ from numpy.polynomial.chebyshev import chebvander
 from scipy.ndimage import gaussian_filter1d
 
 from softsense.effects import Candidate, Context, Effect, Floats, Nominal, Parameter, State, Values
+from softsense.effects.operators import compiled
 
 # Orders of a polynomial over the span of a signal.
 ORDERS = (4, 7)
@@ -176,10 +177,21 @@ def _codes(nominal: Nominal) -> Floats:
 def _spread(nominal: Nominal, codes: Floats, made: Floats, noise: float) -> Floats:
     """(samples, p) of what is ``made`` (codes, p) where noise (rms, codes) is on the signal."""
     mean = gaussian_filter1d(made, noise, axis=0, mode="nearest")
-    over = np.maximum(nominal.u - codes[0], 0.0)
-    below = np.minimum(over.astype(np.intp), len(codes) - 2)
-    here: Floats = mean[below] + (over - below)[:, None] * (mean[below + 1] - mean[below])
-    return here
+    here: Floats = _between(np.ascontiguousarray(mean.T), nominal.u - codes[0])
+    return here.T
+
+
+@compiled
+def _between(rows: Floats, at: Floats) -> Floats:
+    """(n, samples) the ``rows`` (n, places) at these places (samples,), straight in between."""
+    result = np.empty((len(rows), len(at)))
+    for k in range(len(at)):
+        over = max(at[k], 0.0)
+        below = min(int(over), rows.shape[1] - 2)
+        for row in range(len(rows)):
+            first, second = rows[row, below], rows[row, below + 1]
+            result[row, k] = first + (over - below) * (second - first)
+    return result
 
 
 def _subranging(nominal: Nominal, noise: float) -> list[Candidate]:
@@ -214,12 +226,21 @@ def _ladder(nominal: Nominal, rungs: int) -> Floats:
 
     So one that a fit has not met is as its neighbour, where it would else be right.
     """
-    at, middle = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1), (rungs - 1) // 2
-    result = np.empty((rungs, len(at)))
-    result[0] = nominal.span
-    for rung in range(rungs - 1):
-        result[rung + 1] = (np.clip(at - rung, 0.0, 1.0) - (rung < middle)) * nominal.span
+    at = np.clip(nominal.share, 0.0, 1.0) * (rungs - 1)
+    result: Floats = _rungs(at, rungs, nominal.span)
     return result.T
+
+
+@compiled
+def _rungs(at: Floats, rungs: int, span: float) -> Floats:
+    """(rungs, samples) of ``_ladder`` for a signal ``at`` so many rungs, over a ``span``."""
+    result = np.empty((rungs, len(at)))
+    result[0] = span
+    for rung in range(rungs - 1):
+        below = 1.0 if rung < (rungs - 1) // 2 else 0.0
+        for k in range(len(at)):
+            result[rung + 1, k] = (min(max(at[k] - rung, 0.0), 1.0) - below) * span
+    return result
 
 
 def _levels(weights: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -408,13 +408,12 @@ def _trace(
     pliable: bool = False,
 ) -> Candidate:
     """What the channel says of the strain that is ``moved`` less what it says of the strain."""
-    made = partial(_change, nominal, moved)
+    made = partial(_change, nominal, (form, *values.items()), moved)
     return Candidate(made, values, form, fixed=True, pliable=pliable, moved=moved, by_strain=True)
 
 
-def _change(nominal: Nominal, moved: Callable[[], Floats]) -> Floats:
-    column = nominal.respond(moved(), nominal.keep) - nominal.respond(nominal.strain, nominal.keep)
-    return column[:, None]
+def _change(nominal: Nominal, name: Hashable, moved: Callable[[], Floats]) -> Floats:
+    return nominal.changed(name, moved)[:, None]
 
 
 ZEROED_BY = "zeroed"
