@@ -30,8 +30,9 @@ HEAL_S = (150.0, 400.0)
 YIELDS_S = (1.0, 4.0)
 # The largest strain so far grows by this share of the range at least.
 LEAST_GROWTH = 0.02
-# What damage alone does changes by this share of itself, or is a gain.
+# What damage alone does changes by this share of itself, or is a gain; or is a curve.
 LEAST_DAMAGED = 0.1
+LEAST_BENT = 0.25
 
 
 def simulate(
@@ -216,13 +217,20 @@ def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
     for width in widths:
         for power in (1, 2):
             first = -np.expm1(-(seen**power) / width)
-            if first.std() >= LEAST_DAMAGED * first.mean():
-                laws.append((float(width), power))
+            changes = first.std() / max(first.mean(), 1e-12)
+            if changes >= LEAST_DAMAGED:
+                laws.append((float(width), power, changes >= LEAST_BENT))
     for top, after in tops:
-        for width, power in laws:
+        for width, power, much in laws:
             damage = -np.expm1(-(np.maximum(top, 0.0) ** power) / width) * nominal.span
-            for part in (damage * kept.share, damage * kept.strain):
-                result.append(Candidate(part[:, None], {"width": width, **after}, "damage"))
+            parts = [[damage * kept.share], [damage * kept.strain]]
+            if much:
+                # What is lost of what carried it need not be a share of all.
+                parts.append([damage * kept.strain, damage * kept.strain**2])
+            result += [
+                Candidate(np.stack(part, axis=1), {"width": width, **after}, "damage")
+                for part in parts
+            ]
     return result
 
 
