@@ -23,7 +23,8 @@ KNOTS = 16
 RELAXING_S = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 BROKEN_S = (0.1, 0.5, 2.0)
 WIDTHS = np.array([0.03, 0.06, 0.1, 0.18, 0.3, 0.45, 0.6, 0.9])
-# As many of each as the processor takes at once: the rest have no weight.
+# As many of each as the processor takes at once, and none more than the first: the rest have no
+# weight.
 SLOW, LOOPS, FAST = 8, 8, 4
 # Weights of averages over two thirds of a second and less; a shorter one must be better by so much.
 AVERAGES = [np.hanning(n + 2)[1:-1] / np.hanning(n + 2).sum() for n in (13, 9, 7, 5, 3)]
@@ -511,7 +512,7 @@ def _said(
     speed = abs(strain[min(1, samples - 1)] - x) / dt_s
     slow[:], square[:], loops[:], fast[:] = x, x**2, x, speed
     # Sums side by side: one after the other, each would wait for the one before.
-    part = np.empty(SLOW)
+    part, quarter = np.empty(SLOW), SLOW // 4
     said = np.empty((len(weights), (samples - 1) // step + 1))
     for k in range(samples):
         x, speed_before = strain[k], speed
@@ -542,8 +543,9 @@ def _said(
                 for f in range(FAST):
                     part[f] += own[of_fast + f] * fast[f]
                 total = own[-1] * largest
-                for f in range(2):
-                    total += (part[f] + part[f + 4]) + (part[f + 2] + part[f + 6])
+                for f in range(quarter):
+                    first, second = part[f] + part[f + 2 * quarter], part[f + quarter]
+                    total += first + (second + part[f + 3 * quarter])
                 static = curve[0, piece]
                 for power in range(1, 4):
                     static = static * past + curve[power, piece]

@@ -280,8 +280,15 @@ class Nominal:
             return replace(self, codes=changed, known={})
         strain = moved()
         largest = np.maximum.accumulate(strain)
-        made = replace(self, codes=changed, strain=strain, largest=largest, known={})
-        return replace(made, known_of_strain={}, alike=False)
+        return replace(
+            self,
+            codes=changed,
+            strain=strain,
+            largest=largest,
+            known={},
+            known_of_strain={},
+            alike=False,
+        )
 
     def apart_from(self, names: Iterable[str]) -> Nominal:
         """The same where these effects are on the channel: of what electrical ones make of it,

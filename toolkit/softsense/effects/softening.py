@@ -63,7 +63,8 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """The laws of softening around one width; what has none, nothing closer."""
+    """The laws of softening around one width, or first cycles around one way; and whatever it is
+    near, chains of classes, what is forgotten, goes on over cycles, leaves a set or a curve."""
     often = _classes(nominal) + _forgetting(nominal) + _over_cycles(nominal)
     often += [*_with_set(nominal), _settled(nominal)]
     if "ways" in values:
