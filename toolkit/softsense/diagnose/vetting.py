@@ -75,11 +75,9 @@ FAR_WORSE = 3.0
 OF_NOISE = 0.5
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
-LAG, DELAY = "lag", "delay"
-# Per sample and channel: what a circuit of its own says more than one clock for all, by chance,
-# where its time constant is no more than this of a sample.
-OWN_VALUE = 0.03
-WITHIN_SAMPLE = 0.25
+LAG, DELAY, STEP = "lag", "delay", "step"
+# Per sample and channel: what a circuit of its own says more than one clock for all, by chance.
+OWN_VALUE = 0.05
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
 STEPS_INSTEAD = 1.5
 # So many models with a walk and something else are looked at where the walk of the best is none.
@@ -108,6 +106,8 @@ def vetted(
         return noise
     named = [made for made in models if WALK not in made.names]
     walks = [made for made in models if made.names == {WALK}]
+    if models[0].names == {WALK, STEP}:
+        models = [*_jumped(channels, models[0]), *models]
     if WALK in models[0].names and len(models[0].names) > 1:
         models = by_price([_beside_walks(channels, models, named[0], motion), *named])
     models = _by_clock(channels, _by_sign(channels, models))
@@ -148,7 +148,7 @@ def vetted(
         moved = by_price([*moved, *_moving_alone(channels)])
     if left_share(channels, moved[0]) < MOVED_LEAVES:
         return Vetted(moved, False, False)
-    known = best.names == {"step"} or FAR_WORSE * strain.left > left
+    known = best.names == {STEP} or FAR_WORSE * strain.left > left
     return Vetted(kept, jerky, not known)
 
 
@@ -164,17 +164,13 @@ def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model
 
 
 def _by_clock(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
-    """``models``, first what says the gap as well with a delay as with a lag of far less than a
-    sample on every channel: a clock has one value for all, where each circuit has its own."""
+    """``models``, first what says the gap as well with a delay as with a lag on every channel: a
+    clock has one value for all, where each circuit has its own."""
     best = models[0]
     late = best.channels_of(LAG)
     if DELAY in best.names or len(late) < LEAST_CHANNELS:
         return list(models)
-    picks = [(channels[c], dict(best.fits[c].picks)[LAG]) for c in late]
-    times_s = [channel.entries[LAG][number].candidate.values["tau_s"] for channel, number in picks]
-    if max(times_s) > WITHIN_SAMPLE * channels[0].nominal.dt_s or any(
-        channel.entries for c, channel in enumerate(channels) if c not in late
-    ):
+    if any(channel.entries for c, channel in enumerate(channels) if c not in late):
         return list(models)
     near = best.price + OWN_VALUE * len(late) * channels[0].samples
     clock = best.names - {LAG} | {DELAY}
@@ -371,8 +367,8 @@ def _jerky_on(channels: Sequence[Channel], best: Model, number: int) -> bool:
         return True
     if moved:
         where &= speed <= np.median(speed)
-    if "step" in said:
-        jump = _jump(said["step"])
+    if STEP in said:
+        jump = _jump(said[STEP])
         where[max(jump - BESIDE_STEP, 0) : jump + BESIDE_STEP] = False
     if "saturation" in said:
         railed = np.abs(said["saturation"]) >= channel.sigma
@@ -387,22 +383,46 @@ def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
     """
     if not _jerky(channels, walks):
         return []
-    fits, instants = list(walks.fits), []
-    for channel, walk in walks_of(channels, walks):
-        number = channel.nominal.channel
+    rough = [
+        channels[number]
+        for number in walks.channels_of(WALK)
         # What heeds the motion does so with a step, too.
-        if wandering.moved_by(walk, np.abs(channel.nominal.rate)):
-            continue
-        if _jerky_on(channels, walks, number):
-            fits[number] = channels[number].best(frozenset({WALK, "step"}))
-            instant = _instant(channels[number], fits[number])
-            if instant is None:
-                return []
-            instants.append(instant)
-    if not instants or np.ptp(instants) > BESIDE_STEP:
+        if not wandering.moved_by(
+            _walk_on(channels, walks, number), np.abs(channels[number].nominal.rate)
+        )
+        and _jerky_on(channels, walks, number)
+    ]
+    fits = list(walks.fits)
+    for channel in rough:
+        fits[channel.nominal.channel] = channel.best(frozenset({WALK, STEP}))
+    instants = [_instant(channel, fit) for channel, fit in zip(channels, fits, strict=True)]
+    instant = _most_agree([own for own in instants if own is not None])
+    if not rough or instant is None:
         return []
+    for channel in rough:
+        own = instants[channel.nominal.channel]
+        if own is None or abs(own - instant) > BESIDE_STEP:
+            fits[channel.nominal.channel] = _stepped_at(channel, instant)
     both = priced(channels, tuple(fits))
     return [] if _jerky(channels, both) else [replace(both, price=walks.price)]
+
+
+def _most_agree(instants: Sequence[int]) -> int | None:
+    """The one of ``instants`` that most agree upon, if more do than do not."""
+    agree = [sum(abs(one - other) <= BESIDE_STEP for other in instants) for one in instants]
+    most = max(agree, default=0)
+    return instants[agree.index(most)] if 2 * most > len(instants) else None
+
+
+def _stepped_at(channel: Channel, instant: int) -> Fit:
+    """A walk, and the step that says most beside it, of those within a moment of an ``instant``."""
+    walk = ((WALK, 0),)
+    worth = channel.worth(walk, 0, STEP)
+    # Those that are composed since are not among them.
+    at_s = [entry.candidate.values["onset_s"] for entry in channel.entries[STEP][: len(worth)]]
+    away_s = np.abs(np.array(at_s) - channel.nominal.time_s[instant])
+    far = away_s > BESIDE_STEP * channel.nominal.dt_s
+    return channel.fit((*walk, (STEP, int(np.argmax(np.where(far, -np.inf, worth))))))
 
 
 def _told(channels: Sequence[Channel], walks: Model, named: Model, motion: Motion) -> list[Model]:
@@ -427,7 +447,7 @@ def _stepped(channels: Sequence[Channel], models: Sequence[Model]) -> Model:
     if _jerky(channels, models[0]):
         for made in models:
             near = made.price < STEPS_INSTEAD * models[0].price
-            if near and made.names == {WALK, "step"} and not _jerky(channels, made):
+            if near and made.names == {WALK, STEP} and not _jerky(channels, made):
                 return made
     return models[0]
 
@@ -435,7 +455,7 @@ def _stepped(channels: Sequence[Channel], models: Sequence[Model]) -> Model:
 def _instant(channel: Channel, fit: Fit) -> int | None:
     """The sample in which the step of a fit happens, if it has one."""
     for pick, weights in channel.weighted(fit):
-        if pick[0] == "step":
+        if pick[0] == STEP:
             return _jump(channel.columns(pick) @ weights)
     return None
 
