@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import maximum_filter1d, median_filter, uniform_filter1d
+from scipy.ndimage import binary_dilation, maximum_filter1d, median_filter, uniform_filter1d
 from scipy.optimize import minimize_scalar
 from scipy.signal import lfilter
 from scipy.stats import kurtosis
@@ -35,6 +35,7 @@ STEPS_SAMPLES = 41
 MANY = 3
 # What stands out does so from so many samples around it.
 SPIKE_AROUND = 101
+BESIDE_SPIKE = 2
 # Noise may go with so many paces of the strain.
 PACES = 20
 # Where spikes of one shape are known smaller ones are spikes too.
@@ -375,5 +376,7 @@ def standing_out(left: Floats, hit: NDArray[np.bool_], speed: Floats) -> int:
     usual = np.array(
         [np.median(fast[pace == k]) if np.any(pace == k) else 0.0 for k in range(PACES)]
     )
-    usual = 1.4826 * np.maximum(median_filter(fast, SPIKE_AROUND), usual[pace])
+    # Those beside a spike are far from their mean with it.
+    calm = between(fast, binary_dilation(hit, iterations=BESIDE_SPIKE))
+    usual = 1.4826 * np.maximum(median_filter(calm, SPIKE_AROUND), usual[pace])
     return int((fast[hit] > SPIKE_SIGMA * usual[hit]).sum())

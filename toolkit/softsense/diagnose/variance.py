@@ -70,6 +70,8 @@ SPIKE_EDGE = 7
 # Of the spikes in an effect's leftovers such a share must stand out: what is rough in places only
 # is not spiky there.
 SPIKE_STANDS = 0.5
+# Where nothing is explained yet nearly all must, for how fast the strain is there.
+EVIDENTLY_STANDS = 0.75
 # How many more tones may be beside one, and their least power, of the noise's.
 MORE_TONES = 2
 LEAST_TONE = 0.05
@@ -295,6 +297,8 @@ def evident(
             signal = without_tone(signal, line, motion.dt_s)
         hit = sudden_hits(signal)
         if line is not None and only_while_on(hit, while_off(plain, line, motion.dt_s)):
+            return result
+        if standing_out(signal, hit, _covariates(feels)[-1]) < EVIDENTLY_STANDS * hit.sum():
             return result
         many = hit.sum() >= MANY * SPIKE_COUNT
         many = many and not are_steps(signal, hit, [met[:, c] for met in codes])
