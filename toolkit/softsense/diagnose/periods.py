@@ -24,6 +24,8 @@ Floats = NDArray[np.float64]
 LEAST_PERIODS = 2.5
 LEAST_SAMPLES = 4.0
 LEAST_PERIOD_S = 5.0
+# Readings that are sent in batches of so many are the later the earlier they are in one.
+BATCHES = range(3, 13)
 LINES = 3
 NEAR_A_LINE = 9
 CLOSER = 3
@@ -61,7 +63,7 @@ def courses(
     ``pull`` and ``power`` (samples,): a parameter that is p at a sample gains 2 p pull - p^2 power.
     """
     even = _Even(time_s, pull, power)
-    lines = even.lines(least / OF_FIRST)
+    lines = even.lines(least / OF_FIRST) + even.batches(least / OF_FIRST)
     made = [_best(even, shape, lines) for shape in shapes] if lines else []
     return [course for course in made if course.gained > least]
 
@@ -93,6 +95,14 @@ class _Even:
         there = there[(at[there] < most) & (gained[there] > least)]
         strongest: list[float] = at[there[np.argsort(-size[there])[:LINES]]].tolist()
         return strongest
+
+    def batches(self, least: float) -> list[float]:
+        """The frequency of batches that gains most, if it gains about ``least``."""
+        count, step_s = np.arange(len(self.time_s)), self.time_s[1] - self.time_s[0]
+        said = {k: abs(np.exp(2j * np.pi * (count % k) / k) @ self.pull) ** 2 for k in BATCHES}
+        best = max(said, key=said.__getitem__)
+        enough = 2.0 * said[best] / self.power.sum() > least
+        return [1.0 / (best * step_s)] if enough else []
 
     def course(self, shape: str, column: Floats, period_s: float, phase: float) -> Course:
         """With the ``column`` (samples,) of a wave."""

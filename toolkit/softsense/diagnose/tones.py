@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from fractions import Fraction
 from functools import lru_cache
 from itertools import pairwise
 
@@ -12,6 +13,7 @@ from scipy.ndimage import maximum_filter1d, median_filter, minimum_filter1d, uni
 from scipy.signal import oaconvolve, periodogram
 
 from softsense.diagnose.nominal import Motion, noise_rms
+from softsense.diagnose.periods import BATCHES
 from softsense.diagnose.spikes import (
     SPIKE_SIGMA,
     between,
@@ -33,6 +35,8 @@ SAME_HZ = 0.05
 # So much stronger than by the motion's strongest lines is one that the motion does not make.
 MOTION_LINES = 10
 BEYOND_MOTION = 30.0
+# Nor has any that is no more than this share of itself without what batches of readings make.
+OF_BATCHES = 0.25
 # So much of a long recording says how large a tone is beside the noise.
 STRETCH = 32_768
 # So many signals without their tones are kept, of no more samples than these: each is asked for
@@ -427,7 +431,25 @@ def made_by_motion(left: Floats, motion: Motion, frequency: float) -> bool:
         usual = float((power[others] / cause[others]).max())
         if power[near].max() < BEYOND_MOTION * usual * cause[near].max():
             return True
-    return False
+    there = float(power[near].max())
+    return any(
+        float(_powers(rest[None], motion.dt_s)[0][0][near].max()) < OF_BATCHES * there
+        for rest in _without_batches(left, motion, frequency)
+    )
+
+
+def _without_batches(left: Floats, motion: Motion, frequency: float) -> Iterator[Floats]:
+    """``left`` (samples,) without what goes with the strain rate at a place in each batch, by ways
+    to send readings in batches that make lines near ``frequency`` (Hz)."""
+    rate, count = np.gradient(motion.strain), np.arange(len(left))
+    moves = np.stack([rate, rate * motion.strain])
+    for share in {Fraction(line, size) for size in BATCHES for line in range(1, size // 2 + 1)}:
+        if abs(float(share) / motion.dt_s - frequency) < AROUND_HZ:
+            turns = 2.0 * np.pi * (count * share.numerator % share.denominator) / share.denominator
+            columns = np.concatenate([moves * np.cos(turns), moves * np.sin(turns)])
+            gram = columns @ columns.T
+            ridge = 1e-9 * np.trace(gram) * np.eye(len(gram))
+            yield left - np.linalg.solve(gram + ridge, columns @ left) @ columns
 
 
 def _causes(motion: Motion) -> tuple[Floats, ...]:

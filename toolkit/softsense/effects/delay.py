@@ -33,6 +33,8 @@ KNOTS = tuple(f"knot{k}" for k in range(41))
 WAVES = {"swinging": SINE, "set right": SAW}
 # After which part of a recording what wandered in it is forgotten.
 RETURNS = 0.1
+# What comes again sooner, batches of readings, is not where it was after a break.
+LONG_PERIOD_S = 5.0
 STEPS = {
     **dict.fromkeys(("delay_s", "swing_s", "phase", *COURSES, *KNOTS), 0.001),
     "skew": 3e-6,
@@ -198,7 +200,8 @@ def _late(
     late: Floats = given.get("delay_s", 0.0) + given.get("skew", 0.0) * duration_s * since
     if form in WAVES:
         turns = duration_s * since / given["period_s"] + given["phase"]
-        late = late + given["swing_s"] * wave(WAVES[form], turns)
+        swing = given["swing_s"] * wave(WAVES[form], turns)
+        late = late + np.where((since < 1.0) | (given["period_s"] > LONG_PERIOD_S), swing, 0.0)
     # What is to come is not known: the last delay stays, or grows on evenly.
     if not given.keys().isdisjoint(COURSES):
         late = late + _courses(*times) @ np.array([given.get(key, 0.0) for key in COURSES])
