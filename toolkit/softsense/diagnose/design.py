@@ -30,7 +30,7 @@ Pick = tuple[str, int]
 Key = tuple[int, tuple[tuple[str, float], ...] | None]
 
 # Parameters that are whole numbers, and have no interval.
-COUNTED = frozenset({"source", "poles", "from"}) | MARKS
+COUNTED = frozenset({"source", "poles", "from", "way"}) | MARKS
 BLOCKS = 12
 # So many groups of columns, and of their products per block, are kept for what is asked next.
 KEPT = 24

@@ -27,6 +27,8 @@ KNEES = np.array([0.0, 0.02, 0.06, 0.15])
 NEAR = np.array([0.5, 0.7, 0.84, 0.94, 1.0, 1.06, 1.18, 1.4, 2.0])
 SHARP = np.array([0.0, 0.004, 0.01, 0.02])
 AROUND = np.array([0.0005, 0.0015, 0.004, 0.01, 0.02])
+# The softer a knee is, the farther out is its rail that takes as much, in widths of the knee.
+OUTWARDS = 1.8
 # An upper rail, and a lower one.
 ENDS = ("level", "bottom")
 # Where an upper rail may be, as shares of the signal's range, and a lower one from its other end.
@@ -42,8 +44,17 @@ THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2, 0.27, 0.35, 0.45)
 # one of each.
 REACHES = np.geomspace(0.7, 3.2, 12)
 MIDDLES = np.array([-0.3, 0.0, 0.3])
-REACHES_NEAR = np.array([0.75, 0.84, 0.9, 0.95, 1.0, 1.05, 1.11, 1.2, 1.33])
-MIDDLES_NEAR = np.array([-0.2, -0.1, -0.05, -0.02, 0.0, 0.02, 0.05, 0.1, 0.2])
+REACHES_NEAR = np.geomspace(0.85, 1.18, 17)
+MIDDLES_NEAR = np.array([0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2])
+MIDDLES_NEAR = np.concatenate([-MIDDLES_NEAR[::-1], [0.0], MIDDLES_NEAR])
+# One that follows exactly up to somewhere and bends over to a ceiling: how far the signal goes
+# beyond where that begins, in its range, and what room it then has, of that way; around one of
+# each. If it takes off as much, room goes with so high a power of that way.
+BEYONDS = np.linspace(0.07, 0.85, 9)
+ROOMS = np.array([0.35, 0.55, 0.85, 1.3, 2.0])
+BEYONDS_NEAR = np.geomspace(0.65, 1.54, 11)
+ROOMS_NEAR = np.geomspace(0.85, 1.18, 17)
+ROOM_POWER = 1.5
 # A curve is a rail that is flat up to somewhere, and falls off from there: in shares of all that it
 # falls, by how much it may rise before and after, and may have fallen at these shares of the range.
 # Of that there are so many cells, and so much at each end is rarely met.
@@ -72,6 +83,9 @@ def explain(nominal: Nominal) -> list[Candidate]:
     knees = KNEES * nominal.span
     half = 0.5 * nominal.span
     bent = _compressed(nominal, half * REACHES, nominal.low + half * (1.0 + MIDDLES))
+    for beyond in BEYONDS * nominal.span:
+        bent += _bending(nominal, nominal.low + nominal.span - beyond, beyond * ROOMS, 1.0)
+        bent += _bending(nominal, nominal.low + beyond, beyond * ROOMS, -1.0)
     return _traces(nominal, levels, knees) + _lower(nominal, bottoms, knees[:2]) + bent
 
 
@@ -80,6 +94,20 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     an upper one that sinks. Around one of those, or an amplifier, closer. Or any curve."""
     if AS_CURVE in values:
         return [altered(one, values={AS_CURVE: 1.0}) for one in adc_nonlinearity.explain(nominal)]
+    if "room" in values:
+        way = values["way"]
+        last = nominal.low + (way > 0.0) * nominal.span
+        room, begin = (values[key] * nominal.full_scale for key in ("room", "begins"))
+        return [
+            each
+            for part in BEYONDS_NEAR
+            for each in _bending(
+                nominal,
+                last - part * (last - begin),
+                part**ROOM_POWER * room * ROOMS_NEAR,
+                way,
+            )
+        ]
     if "reach" in values:
         reach, middle = (values[key] * nominal.full_scale for key in ("reach", "middle"))
         near = middle + MIDDLES_NEAR * 0.5 * nominal.span
@@ -97,7 +125,13 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     end, made = (ends["level"], _traces) if upper else (ends["bottom"], _lower)
     other = nominal.low + (INSIDE if upper else 1.0 - INSIDE) * nominal.span
     levels, bottoms = (end[1::3], other) if upper else (other, end[1::3])
-    there, through = made(nominal, end, knees), values.get("through", 0.0)
+    outwards = OUTWARDS * (knees - knee) * (1.0 if upper else -1.0) * bool(knee)
+    there = [
+        each
+        for width, farther in zip(knees, outwards, strict=True)
+        for each in made(nominal, end + farther, np.array([width]))
+    ]
+    through = values.get("through", 0.0)
     return [
         *([each.leaking(through) for each in there] if through else there),
         *(each.leaking(part) for each in made(nominal, end, knee) for part in THROUGH),
@@ -198,6 +232,22 @@ def _compressed(nominal: Nominal, reaches: Floats, middles: Floats) -> list[Cand
             values = {"reach": reach / nominal.full_scale, "middle": middle / nominal.full_scale}
             made = partial(taken, reach, middle)
             result.append(Candidate(made, values, "compressing", fixed=True))
+    return result
+
+
+def _bending(nominal: Nominal, begin: float, rooms: Floats, way: float) -> list[Candidate]:
+    """What an amplifier takes off that follows exactly up to where it bends over, or down to there
+    (``way`` -1), and then has so much room: b + r tanh((u - b) / r)."""
+
+    def taken(room: float) -> Floats:
+        beyond = np.maximum(way * (nominal.u - begin), 0.0)
+        return way * (room * np.tanh(beyond / room) - beyond)[:, None]
+
+    result = []
+    for room in rooms.tolist():
+        shares = {"begins": begin / nominal.full_scale, "room": room / nominal.full_scale}
+        made = partial(taken, room)
+        result.append(Candidate(made, {**shares, "way": way}, "bending", fixed=True))
     return result
 
 
