@@ -13,8 +13,8 @@ from softsense.effects.operators import at_own_pace, compiled, followed, low_pas
 # The largest share that one part of a material relaxes; what follows as a whole is a circuit.
 MOST = 0.7
 # The same for a part beside others: all parts of a fractional element together relax more than 1.
-# Those that take no longer than a circuit may count as one part; where there are none, each may be
-# more than the whole, beside what bends the other way.
+# Those that take no longer than a circuit may count as one part; where there are none, each of a
+# curve may be more than the whole, beside what bends the other way.
 MOST_OF_SEVERAL = 0.95
 MOST_OF_SLOW = 1.2
 CIRCUIT_S = 0.3
@@ -343,7 +343,7 @@ def _prony(
     values: Mapping[str, float] | None = None,
 ) -> Candidate:
     quick = sum(tau < CIRCUIT_S for tau in taus)
-    most = MOST_OF_SEVERAL if quick else MOST_OF_SLOW
+    most = MOST_OF_SEVERAL if quick or form == "prony" else MOST_OF_SLOW
     return Candidate(
         made,
         values or {},
