@@ -255,6 +255,18 @@ def _between_samples(u: np.ndarray, tau_s: float) -> np.ndarray:
     return lfilter([1.0 - kept], [1.0, -kept], u, axis=0, zi=kept * u[:1])[0]
 
 
+@pytest.mark.parametrize("seed", [30, 31])
+def test_an_amplifier_that_gives_less_and_less_both_ways_is_saturation(seed: int) -> None:
+    """A static curve, and a converter's, would say as much of one channel."""
+    x, codes = clean(seed)
+    made, u = codes.copy(), codes[:, 1]
+    half = 0.5 * np.ptp(u)
+    middle, reach = u.min() + 1.15 * half, 1.6 * half
+    made[:, 1] = middle + reach * np.tanh((u - middle) / reach)
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("saturation", ["s2"])]
+
+
 @pytest.mark.parametrize("late", [(0,), (0, 1, 2)])
 def test_a_lag_of_far_less_than_a_sample_is_no_delay(late: tuple[int, ...]) -> None:
     """A clock is late on all channels and by as much; and what goes on between samples is smooth,

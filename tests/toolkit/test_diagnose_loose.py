@@ -60,6 +60,31 @@ def test_a_step_beside_walks_is_named_too() -> None:
     assert result.data["where"]["onset_s"] == pytest.approx(SAMPLES / 3 / RATE_HZ, abs=1.0)
 
 
+def test_a_step_beside_walks_is_there_on_channels_that_have_both() -> None:
+    """A slip that takes a moment, also on a channel that wanders as fast."""
+    x, codes = clean(87)
+    rng = np.random.default_rng(7)
+    made = codes + np.cumsum(rng.normal(0.0, [0.5, 0.0, 0.5, 0.7], codes.shape), axis=0)
+    slipped = -np.expm1(-np.maximum(np.arange(len(x)) - 3100.0, 0.0) / 6.0)
+    made += slipped[:, None] * np.array([8.0, -20.0, 14.0, 30.0])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    found = {effect["name"]: effect["channels"] for effect in result.data["effects"]}
+    assert found["random_walk"] == ["s1", "s3", "s4"]
+    assert {"s2", "s4"} <= set(found["step"])
+    assert result.data["unexplained"]["share"] < 0.005
+
+
+@pytest.mark.parametrize(
+    ("instants", "agreed"),
+    [([322, 3100, 3110, 3095], 3100), ([3100], 3100), ([10, 900], None), ([], None)],
+    ids=str,
+)
+def test_an_instant_is_what_most_channels_agree_upon(
+    instants: list[int], agreed: int | None
+) -> None:
+    assert vetting._most_agree(instants) == agreed
+
+
 def test_a_walk_that_jumps_has_a_step_instead_of_another_effect(monkeypatch) -> None:
     """Where that costs not much more, and it jumps no more then."""
     gain, step = (Model(frozenset({vetting.WALK, name}), (), 100.0) for name in ("gain", "step"))
@@ -238,6 +263,30 @@ def test_spikes_that_come_in_bursts_are_spikes() -> None:
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     assert result.effects == ("spikes",)
     assert not result.data["unexplained"]["unknown_effect"]
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_spikes_in_showers_are_spikes_beside_an_effect(seed: int) -> None:
+    """There most samples that are near one are hit too."""
+    x, codes = clean(70 + seed)
+    rng = np.random.default_rng(seed)
+    at = np.arange(len(x), dtype=float)
+    made = np.stack([np.interp(at - 0.02 * RATE_HZ, at, c) for c in codes.T], axis=1)
+    begins = (rng.random(made.shape) < 0.003).astype(float)
+    near = lfilter([1.0], [1.0, -np.exp(-1.0 / (1.5 * RATE_HZ))], begins, axis=0)
+    hit = rng.random(made.shape) < 0.3 * np.minimum(near, 1.0)
+    made += hit * 25.0 * np.exp(0.4 * rng.normal(size=made.shape))
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert set(result.effects) == {"delay", "spikes"}
+    assert all(len(effect["channels"]) == 4 for effect in result.data["effects"])
+
+
+def test_what_a_late_clock_makes_of_jerks_is_no_spikes(monkeypatch) -> None:
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("optical").make(680240, ("delay",), "rich", {"delay": "skew"})
+    result = diagnose(case.sim, case.real)
+    assert result.effects == ("delay",)
+    assert result.data["unexplained"]["share"] < 0.005
 
 
 def test_what_spikes_leave_is_no_coloured_noise() -> None:
@@ -868,6 +917,17 @@ def test_noise_of_some_colour_beside_a_step_is_no_walk() -> None:
         "noise": ["s1", "s2"],
     }
     assert not result.data["unexplained"]["unknown_effect"]
+
+
+@pytest.mark.parametrize(("more", "said"), [(0.03, "delay"), (0.07, "lag")])
+def test_one_clock_for_all_is_said_where_circuits_say_no_more(more: float, said: str) -> None:
+    """Each circuit has a time constant of its own."""
+    channels = [SimpleNamespace(samples=1000, entries={"lag": []}) for _ in range(4)]
+    lag, delay = (
+        Model(frozenset({name, "drift"}), (fit_with(name, 0.0),) * 4, price)
+        for name, price in (("lag", 5000.0), ("delay", 5000.0 + 4000.0 * more))
+    )
+    assert said in vetting._by_clock(channels, [lag, delay])[0].names
 
 
 @pytest.mark.parametrize(("walk", "noisy"), [(set(), False), ({"random_walk"}, True)])

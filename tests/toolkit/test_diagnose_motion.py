@@ -68,6 +68,24 @@ def test_a_clock_that_comes_and_goes_does_so_later_too(period_s: float, set_righ
     assert np.std(later - made[then]) < 0.2 * np.std((even - made)[then])
 
 
+@pytest.mark.parametrize("count", [3, 8])
+def test_readings_that_are_sent_in_batches_are_late(count: int) -> None:
+    """The later, the earlier they are in one; where in one the next motion begins, nobody knows."""
+    x = random_motion(SAMPLES, 1.0 / RATE_HZ, 48)
+    codes, at = sensed(x), np.arange(len(x), dtype=float)
+    late = 0.5 + 2.0 * (count - 1 - at % count) / count
+    made, even = (
+        np.stack([np.interp(at - each, at, c) for c in codes.T], axis=1)
+        for each in (late, np.full(len(at), late.mean()))
+    )
+    sim = recorded(x, codes, 1)
+    result = diagnose(sim, recorded(x, made, 2))
+    assert result.effects == ("delay",)
+    assert result.data["unexplained"]["share"] < 0.005
+    later = augment(result, recorded(x, codes, 3, noise=0.0)).codes
+    assert np.std((later - even)[100:]) < 0.5 * np.std((made - even)[100:])
+
+
 @pytest.mark.parametrize("skew", [0.0, 3e-5])
 def test_a_clock_that_is_late_by_far_less_than_a_sample_is(skew: float) -> None:
     """What goes on between samples is smooth, which a walk sees; and no circuit of each channel is

@@ -132,6 +132,7 @@ MATERIAL = "material"
 ELECTRICAL = "electrical"
 SERIAL = frozenset({MOTION, ELECTRICAL})
 # A rail: what others do says where it begins.
+CURVE = "adc_nonlinearity"
 RAIL = "saturation"
 RAILS = frozenset({RAIL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
@@ -373,7 +374,9 @@ class Channel:
         for name, entries in self.entries.items():
             effect = all_effects()[name]
             numbers = {number for other, number in chosen if other == name}
-            numbers = numbers or {self._choose((), 0, name)}
+            if not numbers or name in RAILS:
+                # Beside a static curve a rail may be anywhere.
+                numbers.add(self._choose((), 0, name))
             if effect.zoom is None:
                 # Candidates of one column cost little.
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
@@ -452,6 +455,9 @@ class Channel:
             return self.left(alone) < (1.0 - SAYS_OF_LONG) * self.left(nothing)
         if self.left(alone) < (1.0 - SAYS) * self.left(nothing):
             return True
+        if name in RAILS and self.left(alone) < WORTH * self.excess:
+            # A static curve says all that a rail does.
+            return True
         others = [other for other in self.entries if all_effects()[other].stage != MOTION]
         best = min([nothing, *(self.best(frozenset({other})) for other in others)], key=self.price)
         both = self.best(frozenset(dict(best.picks)) | {name})
@@ -464,7 +470,8 @@ class Channel:
         one after the other in either order; what moves the strain stays as it is in ``fit``. What
         does not act on each other is looked at once more, side by side in all its places. Where
         ``fit`` leaves enough to pay for an effect more, all of ``names`` are tried, which can say
-        little side by side; also from what says all of another channel, and a rail from anywhere.
+        little side by side; also from what says all of another channel, a rail from anywhere, and a
+        converter's curve upon what lags.
         """
         told = fit.static is None and self.left(fit) < self.effect_price
         if told and not on_each_other(fit.picks):
@@ -479,6 +486,10 @@ class Channel:
             others = [pick for pick in fit.picks if pick[0] not in RAILS]
             if RAIL in names and WALK not in names and others:
                 made += self._with_best(self.bare(others), RAIL, NOBODY)
+            serial = others and all(all_effects()[name].stage in SERIAL for name, _ in others)
+            if CURVE in names - {name for name, _ in others} and WALK not in names and serial:
+                # A static curve has stood for one of what lags.
+                made += self._with_best(self._part(fit, others), CURVE, NOBODY)
         return min([*made, *self._upon_each_other_from(begun)], key=self.price)
 
     def _upon_said(self, name: str, names: Names, held: Held) -> list[Fit]:
@@ -919,13 +930,14 @@ class Channel:
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
 
     def idle(self, fit: Fit, lasting: bool) -> list[str]:
-        """Effects of the past (``lasting``) whose columns hold a curve, and that add little else to
-        it, or of the strain rate that do little else than a curve; or else a converter's curve that
-        is little else than straight."""
+        """Effects whose columns hold a curve besides (``lasting``), and that add little else to it,
+        or of the past and the strain rate that do little else than a curve; or else a converter's
+        curve that is little else than straight."""
         result = []
         for (name, number), weights in self.weighted(fit):
             effect, entry = all_effects()[name], self.entries[name][number]
-            curved = effect.lasting and (entry.candidate.curved or effect.by_rate)
+            curved = entry.candidate.curved and not effect.bent
+            curved |= effect.lasting and effect.by_rate
             if not (curved if lasting else effect.bent):
                 continue
             key = name, number, weights.tobytes()
