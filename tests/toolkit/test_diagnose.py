@@ -16,6 +16,7 @@ from scipy.signal import butter, lfilter
 import softsense as ss
 from softsense.cli.main import main
 from softsense.diagnose import augment, diagnose, folder
+from softsense.diagnose.engine import SCHEMA
 from softsense.diagnose.nominal import (
     curves_of,
     history_basis,
@@ -288,7 +289,7 @@ def test_commands_and_files(tmp_path: Path, capsys) -> None:
     said = capsys.readouterr().out
     assert "drift is missing on s1, s2" in said
     state = (out / "augmentation.json").read_text()
-    (out / "augmentation.json").write_text(state.replace("augmentation/10", "augmentation/1"))
+    (out / "augmentation.json").write_text(state.replace(SCHEMA, "softsense.augmentation/1"))
     assert main(["augment", str(out), pair[0], "-o", str(tmp_path / "aug.csv")]) == 1
     assert "augmentation.json is softsense.augmentation/1, not" in capsys.readouterr().err
     (out / "augmentation.json").write_text("{")

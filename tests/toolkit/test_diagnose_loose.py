@@ -919,15 +919,21 @@ def test_noise_of_some_colour_beside_a_step_is_no_walk() -> None:
     assert not result.data["unexplained"]["unknown_effect"]
 
 
-@pytest.mark.parametrize(("more", "said"), [(0.03, "delay"), (0.07, "lag")])
-def test_one_clock_for_all_is_said_where_circuits_say_no_more(more: float, said: str) -> None:
+@pytest.mark.parametrize(
+    ("more", "tau_s", "said"), [(0.03, 0.04, "delay"), (0.07, 0.04, "lag"), (0.03, 0.06, "lag")]
+)
+def test_one_clock_for_all_is_said_where_circuits_say_no_more(
+    more: float, tau_s: float, said: str
+) -> None:
     """Each circuit has a time constant of its own."""
-    channels = [SimpleNamespace(samples=1000, entries={"lag": []}) for _ in range(4)]
+    entries = {"lag": [SimpleNamespace(candidate=SimpleNamespace(values={"tau_s": tau_s}))]}
+    nominal = SimpleNamespace(dt_s=0.05)
+    channel = SimpleNamespace(samples=1000, entries=entries, nominal=nominal)
     lag, delay = (
         Model(frozenset({name, "drift"}), (fit_with(name, 0.0),) * 4, price)
         for name, price in (("lag", 5000.0), ("delay", 5000.0 + 4000.0 * more))
     )
-    assert said in vetting._by_clock(channels, [lag, delay])[0].names
+    assert said in vetting._by_clock([channel] * 4, [lag, delay])[0].names
 
 
 @pytest.mark.parametrize(("walk", "noisy"), [(set(), False), ({"random_walk"}, True)])

@@ -234,8 +234,8 @@ def _found(
     said = residual - left
     jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
     hit &= beyond_mean(sharp) > jumps
-    standing = said.any() and hit.any()
-    if standing and standing_out(sharp, hit, covariates[-1]) < SPIKE_STANDS * hit.sum():
+    stands = SPIKE_STANDS if said.any() else EVIDENTLY_STANDS
+    if hit.any() and standing_out(sharp, hit, covariates[-1]) < stands * hit.sum():
         hit[:] = False
     rest = news
     if only_while_on(hit, off):

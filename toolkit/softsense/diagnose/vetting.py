@@ -76,7 +76,8 @@ OF_NOISE = 0.5
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
 LAG, DELAY, STEP = "lag", "delay", "step"
-# Per sample and channel: what a circuit of its own says more than one clock for all, by chance.
+# Per sample and channel: what a circuit of its own says more than one clock for all, by chance,
+# where its time constant is no more than a sample.
 OWN_VALUE = 0.05
 # Beside a walk that jumps a step may cost so many times what the effect does that is there instead.
 STEPS_INSTEAD = 1.5
@@ -164,13 +165,17 @@ def _by_sign(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model
 
 
 def _by_clock(channels: Sequence[Channel], models: Sequence[Model]) -> list[Model]:
-    """``models``, first what says the gap as well with a delay as with a lag on every channel: a
-    clock has one value for all, where each circuit has its own."""
+    """``models``, first what says the gap as well with a delay as with a lag of no more than a
+    sample on every channel: a clock has one value for all, where each circuit has its own."""
     best = models[0]
     late = best.channels_of(LAG)
     if DELAY in best.names or len(late) < LEAST_CHANNELS:
         return list(models)
-    if any(channel.entries for c, channel in enumerate(channels) if c not in late):
+    picks = [(channels[c], dict(best.fits[c].picks)[LAG]) for c in late]
+    times_s = [channel.entries[LAG][number].candidate.values["tau_s"] for channel, number in picks]
+    if max(times_s) > channels[0].nominal.dt_s or any(
+        channel.entries for c, channel in enumerate(channels) if c not in late
+    ):
         return list(models)
     near = best.price + OWN_VALUE * len(late) * channels[0].samples
     clock = best.names - {LAG} | {DELAY}
