@@ -389,20 +389,20 @@ def _jumped(channels: Sequence[Channel], walks: Model) -> list[Model]:
     if not _jerky(channels, walks):
         return []
     rough = [
-        channels[number]
-        for number in walks.channels_of(WALK)
+        channel
+        for channel, walk in walks_of(channels, walks)
         # What heeds the motion does so with a step, too.
-        if not wandering.moved_by(
-            _walk_on(channels, walks, number), np.abs(channels[number].nominal.rate)
-        )
-        and _jerky_on(channels, walks, number)
+        if not wandering.moved_by(walk, np.abs(channel.nominal.rate))
+        and _jerky_on(channels, walks, channel.nominal.channel)
     ]
+    if not rough:
+        return []
     fits = list(walks.fits)
     for channel in rough:
         fits[channel.nominal.channel] = channel.best(frozenset({WALK, STEP}))
     instants = [_instant(channel, fit) for channel, fit in zip(channels, fits, strict=True)]
     instant = _most_agree([own for own in instants if own is not None])
-    if not rough or instant is None:
+    if instant is None:
         return []
     for channel in rough:
         own = instants[channel.nominal.channel]
