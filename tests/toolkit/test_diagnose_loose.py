@@ -289,6 +289,15 @@ def test_what_a_late_clock_makes_of_jerks_is_no_spikes(monkeypatch) -> None:
     assert result.data["unexplained"]["share"] < 0.005
 
 
+def test_noise_that_goes_with_a_recent_speed_is_no_spikes(monkeypatch) -> None:
+    """It is far louder at times, and for how fast the strain is there nothing stands out."""
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("optical").make(
+        680281, ("noise",), "typical", {"noise": "rattle"}
+    )
+    assert diagnose(case.sim, case.real).effects == ("noise",)
+
+
 def test_what_spikes_leave_is_no_coloured_noise() -> None:
     """Nor is what is coloured where it is little beside the noise that was simulated."""
     x, codes = clean(9, 8000)

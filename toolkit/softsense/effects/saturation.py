@@ -259,8 +259,9 @@ EFFECT = Effect(
     name="saturation",
     stage="electrical",
     mechanism="the front end runs into its rail",
-    equation="hard: min(u, m); soft: m - k ln(1 + exp((m - u)/k))",
-    source="ideal limiter; softplus as its smooth form",
+    equation="hard: min(u, m); soft: m - k ln(1 + exp((m - u)/k)); bending over from b on: "
+    "b + r tanh((u - b)/r)",
+    source="ideal limiter; softplus as its smooth form; an amplifier's tanh",
     fingerprint="static, only at the ends",
     parameters=(
         Parameter("level", "share of ADC scale", 0.3, 1.0, 0.6, "highest reading m"),
