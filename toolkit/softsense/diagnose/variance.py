@@ -234,7 +234,8 @@ def _found(
     said = residual - left
     jumps = maximum_filter1d(said, SPIKE_EDGE) - minimum_filter1d(said, SPIKE_EDGE)
     hit &= beyond_mean(sharp) > jumps
-    stands = SPIKE_STANDS if said.any() else EVIDENTLY_STANDS
+    # Spikes bend a tone all around them.
+    stands = SPIKE_STANDS if said.any() else EVIDENTLY_STANDS * (line is None)
     if hit.any() and standing_out(sharp, hit, covariates[-1]) < stands * hit.sum():
         hit[:] = False
     rest = news
@@ -298,7 +299,8 @@ def evident(
         hit = sudden_hits(signal)
         if line is not None and only_while_on(hit, while_off(plain, line, motion.dt_s)):
             return result
-        if standing_out(signal, hit, _covariates(feels)[-1]) < EVIDENTLY_STANDS * hit.sum():
+        stands = EVIDENTLY_STANDS * (line is None)
+        if standing_out(signal, hit, _covariates(feels)[-1]) < stands * hit.sum():
             return result
         many = hit.sum() >= MANY * SPIKE_COUNT
         many = many and not are_steps(signal, hit, [met[:, c] for met in codes])
