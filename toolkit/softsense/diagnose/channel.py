@@ -374,9 +374,11 @@ class Channel:
         for name, entries in self.entries.items():
             effect = all_effects()[name]
             numbers = {number for other, number in chosen if other == name}
-            if not numbers or name in RAILS:
-                # Beside a static curve a rail may be anywhere.
-                numbers.add(self._choose((), 0, name))
+            alone = self._choose((), 0, name)
+            # Beside a static curve a rail may be anywhere.
+            rail = name in RAILS and self.left(self.bare([(name, alone)])) < WORTH * self.excess
+            if not numbers or rail:
+                numbers.add(alone)
             if effect.zoom is None:
                 # Candidates of one column cost little.
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
@@ -391,9 +393,8 @@ class Channel:
             # At the full rate a closer look takes its time.
             if self.long and name not in beside and self._leaves_far_more(name):
                 continue
-            alone = self.left(self.best(frozenset({name})))
             looked_at = [""]
-            if alone < WORTH * self.excess:
+            if self.left(self.best(frozenset({name}))) < WORTH * self.excess:
                 narrow = len(entries) <= FEW and all(entry.width == 1 for entry in entries)
                 there = self._elsewhere(self.nominal, name, entries if narrow else kept)
                 found[name] += there

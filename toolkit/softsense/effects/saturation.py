@@ -50,8 +50,8 @@ MIDDLES_NEAR = np.concatenate([-MIDDLES_NEAR[::-1], [0.0], MIDDLES_NEAR])
 # One that follows exactly up to somewhere and bends over to a ceiling: how far the signal goes
 # beyond where that begins, in its range, and what room it then has, of that way; around one of
 # each. If it takes off as much, room goes with so high a power of that way.
-BEYONDS = np.linspace(0.07, 0.85, 9)
-ROOMS = np.array([0.35, 0.55, 0.85, 1.3, 2.0])
+BEYONDS = np.geomspace(0.1, 0.85, 7)
+ROOMS = np.array([0.4, 0.7, 1.2, 2.0])
 BEYONDS_NEAR = np.geomspace(0.65, 1.54, 11)
 ROOMS_NEAR = np.geomspace(0.85, 1.18, 17)
 ROOM_POWER = 1.5
