@@ -16,7 +16,7 @@ from softsense.diagnose import augment, diagnose, folder, vetting
 from softsense.diagnose.design import Fit
 from softsense.diagnose.nominal import lost_codes, motion_of, nominals, reference_of
 from softsense.diagnose.search import Model
-from softsense.effects import all_effects
+from softsense.effects import Candidate, all_effects
 from softsense.recording import Recording
 from softsense.simulate.motion import random_motion
 
@@ -265,6 +265,37 @@ def test_an_amplifier_that_gives_less_and_less_both_ways_is_saturation(seed: int
     made[:, 1] = middle + reach * np.tanh((u - middle) / reach)
     result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
     assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [("saturation", ["s2"])]
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_an_amplifier_that_bends_over_from_somewhere_on_is_near_one_that_is_looked_at(
+    way: float,
+) -> None:
+    x, codes = clean(15)
+    nominal = first_channel(x, codes, np.zeros(len(x)), ["saturation"]).nominal
+    begin = nominal.low + (0.5 - 0.13 * way) * nominal.span
+    room = 0.71 * nominal.span
+    beyond = np.maximum(way * (nominal.u - begin), 0.0)
+    taken = way * (room * np.tanh(beyond / room) - beyond)
+    saturation = all_effects()["saturation"]
+
+    def left(candidate: Candidate) -> float:
+        return float(((candidate.columns[:, 0] - taken) ** 2).mean() / (taken**2).mean())
+
+    coarse = [c for c in saturation.explain(nominal) if c.form == "bending"]
+    assert saturation.zoom is not None
+    closer = saturation.zoom(nominal, min(coarse, key=left).values)
+    assert min(map(left, closer)) < 1e-3
+
+
+def test_a_converters_curve_upon_a_slow_lag_is_no_material(monkeypatch) -> None:
+    """Nothing that stays slow altogether relaxes."""
+    monkeypatch.syspath_prepend(str(GAP))
+    cases = importlib.import_module("cases")
+    case = cases.make(670000, ("lag", "adc_nonlinearity"), "rich", False)
+    found = diagnose(case.sim, case.real).effects
+    assert "lag" in found
+    assert "relaxation" not in found
 
 
 @pytest.mark.parametrize("late", [(0,), (0, 1, 2)])

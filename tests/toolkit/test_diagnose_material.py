@@ -775,6 +775,18 @@ def test_strokes_that_return_at_another_rate_are_alike_too() -> None:
     assert not motion_of(faster, 0.05, 0.0, None).strokes_alike()
 
 
+@pytest.mark.parametrize("softened", [0.0, 40.0])
+def test_a_softening_that_adds_nothing_to_its_curve_is_that_curve(softened: float) -> None:
+    x, codes = clean(16)
+    below = np.maximum.accumulate(x) - x
+    channel = first_channel(x, codes, 40.0 * x**2 + softened * below, ["softening"])
+    offered = channel._offered(channel.nominal, "softening", {})
+    settled = next(entry for entry in offered if entry.candidate.form == "settled")
+    channel._take({"softening": [settled]})
+    fit = channel.bare([("softening", 0)])
+    assert channel.idle(fit, curved=True) == ([] if softened else ["softening"])
+
+
 @pytest.mark.parametrize(("left", "name"), [(0.7, "drift"), (0.5, "relaxation")])
 def test_a_ladder_of_relaxations_must_leave_clearly_less(left: float, name: str) -> None:
     """Its many weights say nearly all that is slow."""
@@ -782,7 +794,7 @@ def test_a_ladder_of_relaxations_must_leave_clearly_less(left: float, name: str)
         **dict.fromkeys(("samples", "excess", "guard"), 1.0),
         **dict.fromkeys(("price", "left"), lambda fit: fit.errors[0]),
         exact=lambda fit: False,
-        idle=lambda fit, lasting: (),
+        idle=lambda fit, curved: (),
     )
     fits = fit_with("drift", 1.0), fit_with("relaxation", left)
     assert by_price([priced([channel], (fit,)) for fit in fits])[0].names == {name}

@@ -93,7 +93,7 @@ def test_of_several_effects_that_say_nothing_on_a_channel_none_stays() -> None:
         price=lambda fit: float(len(fit.picks)),
         left=lambda fit: 1.0,
         exact=lambda fit: False,
-        idle=lambda fit, lasting: (),
+        idle=lambda fit, curved: (),
         without=without,
     )
     made = priced([channel], (fit_with("drift+overshoot+relaxation", 1.0),))

@@ -89,7 +89,7 @@ def test_beside_a_walk_a_ladder_of_relaxations_says_no_more_than_others() -> Non
     channel = SimpleNamespace(
         **dict.fromkeys(("samples", "excess", "guard", "effect_price"), 1.0),
         **dict.fromkeys(("price", "left"), lambda fit: 1.0),
-        idle=lambda fit, lasting: (),
+        idle=lambda fit, curved: (),
     )
     beside = [
         Fit(((name, 0), (WALK, 0)), np.ones(1), np.zeros(0), None)

@@ -131,8 +131,9 @@ MOTION = "motion"
 MATERIAL = "material"
 ELECTRICAL = "electrical"
 SERIAL = frozenset({MOTION, ELECTRICAL})
-# A rail: what others do says where it begins.
+# What acts on codes as they are; of that a converter's curve says something beside anything.
 CURVE = "adc_nonlinearity"
+# A rail: what others do says where it begins.
 RAIL = "saturation"
 RAILS = frozenset({RAIL})
 # Longer recordings are thinned for the search, after their filters have run at the full rate.
@@ -374,11 +375,11 @@ class Channel:
         for name, entries in self.entries.items():
             effect = all_effects()[name]
             numbers = {number for other, number in chosen if other == name}
-            alone = self._choose((), 0, name)
-            # Beside a static curve a rail may be anywhere.
-            rail = name in RAILS and self.left(self.bare([(name, alone)])) < WORTH * self.excess
-            if not numbers or rail:
-                numbers.add(alone)
+            if not numbers or name in RAILS:
+                alone = self._choose((), 0, name)
+                # Beside a static curve a rail may be anywhere.
+                if not numbers or self.left(self.bare([(name, alone)])) < WORTH * self.excess:
+                    numbers.add(alone)
             if effect.zoom is None:
                 # Candidates of one column cost little.
                 numbers |= {k for k, entry in enumerate(entries) if entry.width == 1}
@@ -917,7 +918,7 @@ class Channel:
             price += CURVED_PRICE * guarded + self._share_price(CURVED_SHARE, fit)
         if any(candidate.shifting for candidate in candidates):
             price += SHIFTING_PRICE * guarded
-        price += STATIC_PRICE * guarded * len(self.idle(fit, lasting=True))
+        price += STATIC_PRICE * guarded * len(self.idle(fit, curved=True))
         more = sum(further(candidate) for candidate in candidates)
         price += PARAMETER_PRICE * guarded * more
         if any(candidate.pliable for candidate in candidates):
@@ -930,16 +931,16 @@ class Channel:
             price += STATIC_PRICE * guarded + STATIC_SHARE * self.excess
         return self.samples + self.left(fit) + (np.inf if self._beyond(fit) else price)
 
-    def idle(self, fit: Fit, lasting: bool) -> list[str]:
-        """Effects whose columns hold a curve besides (``lasting``), and that add little else to it,
-        or of the past and the strain rate that do little else than a curve; or else a converter's
-        curve that is little else than straight."""
+    def idle(self, fit: Fit, curved: bool) -> list[str]:
+        """Effects that add little else to a curve (``curved``) which their columns hold besides, or
+        which goes with the past and the strain rate; or else a converter's curve that is little
+        else than straight."""
         result = []
         for (name, number), weights in self.weighted(fit):
             effect, entry = all_effects()[name], self.entries[name][number]
-            curved = entry.candidate.curved and not effect.bent
-            curved |= effect.lasting and effect.by_rate
-            if not (curved if lasting else effect.bent):
+            beside = entry.candidate.curved and not effect.bent
+            beside |= effect.lasting and effect.by_rate
+            if not (beside if curved else effect.bent):
                 continue
             key = name, number, weights.tobytes()
             if key not in self._beside_curves:
@@ -948,8 +949,8 @@ class Channel:
                 beyond = said - curves @ (curves.T @ said)
                 most = MOST_CURVED * float(said.var()) if effect.by_rate else 0.0
                 self._beside_curves[key] = float((beyond**2).mean()), most
-            beside, most = self._beside_curves[key]
-            if beside < max(IDLE * self.sigma**2, most):
+            adds, most = self._beside_curves[key]
+            if adds < max(IDLE * self.sigma**2, most):
                 result.append(name)
         return result
 

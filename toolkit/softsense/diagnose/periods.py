@@ -15,15 +15,14 @@ from operator import attrgetter
 import numpy as np
 from numpy.typing import NDArray
 
-from softsense.effects.operators import SAW, SINE, wave
+from softsense.effects.operators import LONG_PERIOD_S, SAW, SINE, wave
 
 Floats = NDArray[np.float64]
 
-# Of at least so many periods in a recording, each of at least so many samples and seconds; around
-# so many of the strongest lines, at so many frequencies, and again closer by.
+# Of at least so many periods in a recording, each a long one of at least so many samples; around so
+# many of the strongest lines, at so many frequencies, and again closer by.
 LEAST_PERIODS = 2.5
 LEAST_SAMPLES = 4.0
-LEAST_PERIOD_S = 5.0
 # Readings that are sent in batches of so many are the later the earlier they are in one.
 BATCHES = range(3, 13)
 LINES = 3
@@ -88,7 +87,7 @@ class _Even:
         step_s = self.time_s[1] - self.time_s[0]
         at = np.fft.rfftfreq(count, step_s)
         size = np.abs(np.fft.rfft(self.pull, count))
-        most = min(1.0 / LEAST_PERIOD_S, 1.0 / (LEAST_SAMPLES * step_s))
+        most = min(1.0 / LONG_PERIOD_S, 1.0 / (LEAST_SAMPLES * step_s))
         peak = (size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])
         there = 1 + np.flatnonzero(peak & (at[1:-1] * self.long_s > LEAST_PERIODS))
         gained = 2.0 * size**2 / self.power.sum()

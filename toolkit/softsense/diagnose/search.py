@@ -12,6 +12,7 @@ import numpy as np
 
 from softsense.diagnose import moved
 from softsense.diagnose.channel import (
+    CURVE,
     HOPELESS,
     LESS_LEFT,
     MOTION,
@@ -128,8 +129,6 @@ COSTS_MORE = 1.05
 SCALES = frozenset({"adc_nonlinearity", "crosstalk", "gain"})
 LITTLE = 0.006
 RIGHT = 0.2
-# What acts on codes as they are; of that a converter's curve says something beside anything.
-CURVE = "adc_nonlinearity"
 ALIKE = SCALES | RAILS
 
 
@@ -256,7 +255,7 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
 
 def _straight(channels: Sequence[Channel], fits: Sequence[Fit]) -> set[str]:
     """Curves of a converter that are little else than straight wherever they are named."""
-    idle = [set(c.idle(fit, lasting=False)) for c, fit in zip(channels, fits, strict=True)]
+    idle = [set(c.idle(fit, curved=False)) for c, fit in zip(channels, fits, strict=True)]
     bent = [
         {n for n, _ in fit.picks if n != WALK and all_effects()[n].bent} - own
         for own, fit in zip(idle, fits, strict=True)

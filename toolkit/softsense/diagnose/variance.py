@@ -236,7 +236,7 @@ def _found(
     hit &= beyond_mean(sharp) > jumps
     # Spikes bend a tone all around them.
     stands = SPIKE_STANDS if said.any() else EVIDENTLY_STANDS * (line is None)
-    if hit.any() and standing_out(sharp, hit, covariates[-1]) < stands * hit.sum():
+    if _few_stand_out(sharp, hit, covariates[-1], stands):
         hit[:] = False
     rest = news
     if only_while_on(hit, off):
@@ -299,8 +299,7 @@ def evident(
         hit = sudden_hits(signal)
         if line is not None and only_while_on(hit, while_off(plain, line, motion.dt_s)):
             return result
-        stands = EVIDENTLY_STANDS * (line is None)
-        if standing_out(signal, hit, _covariates(feels)[-1]) < stands * hit.sum():
+        if _few_stand_out(signal, hit, _covariates(feels)[-1], EVIDENTLY_STANDS * (line is None)):
             return result
         many = hit.sum() >= MANY * SPIKE_COUNT
         many = many and not are_steps(signal, hit, [met[:, c] for met in codes])
@@ -316,6 +315,11 @@ def evident(
         for c, found in zip(deaf, all_at_once(lambda c: seen(c, heard), deaf), strict=True):
             each[c] = found
     return [finding for found in each for finding in found]
+
+
+def _few_stand_out(signal: Floats, hit: NDArray[np.bool_], speed: Floats, share: float) -> bool:
+    """Whether less than this ``share`` of what is ``hit`` stands out, if anything is."""
+    return bool(share and hit.any()) and standing_out(signal, hit, speed) < share * hit.sum()
 
 
 def _news(signal: Floats) -> Floats:

@@ -21,7 +21,15 @@ from softsense.effects import (
     State,
     Values,
 )
-from softsense.effects.operators import SAW, SINE, compiled, spline_pieces, straight_pieces, wave
+from softsense.effects.operators import (
+    LONG_PERIOD_S,
+    SAW,
+    SINE,
+    compiled,
+    spline_pieces,
+    straight_pieces,
+    wave,
+)
 
 FORMS = ("smooth", "linear")
 # Polynomials of time (Legendre) that say how a delay wanders about an even course, in seconds each.
@@ -33,8 +41,6 @@ KNOTS = tuple(f"knot{k}" for k in range(41))
 WAVES = {"swinging": SINE, "set right": SAW}
 # After which part of a recording what wandered in it is forgotten.
 RETURNS = 0.1
-# What comes again sooner, batches of readings, is not where it was after a break.
-LONG_PERIOD_S = 5.0
 STEPS = {
     **dict.fromkeys(("delay_s", "swing_s", "phase", *COURSES, *KNOTS), 0.001),
     "skew": 3e-6,
@@ -201,6 +207,7 @@ def _late(
     if form in WAVES:
         turns = duration_s * since / given["period_s"] + given["phase"]
         swing = given["swing_s"] * wave(WAVES[form], turns)
+        # Where in a batch of readings a next recording begins, nobody knows.
         late = late + np.where((since < 1.0) | (given["period_s"] > LONG_PERIOD_S), swing, 0.0)
     # What is to come is not known: the last delay stays, or grows on evenly.
     if not given.keys().isdisjoint(COURSES):

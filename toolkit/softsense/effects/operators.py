@@ -23,6 +23,8 @@ LONG = 100_000
 FORGOTTEN = 1e-20
 # What comes and goes with a period.
 SINE, SAW = "sine", "saw-tooth"
+# What does so within so many seconds is not where it was after a break.
+LONG_PERIOD_S = 5.0
 
 
 def compiled(function: Callable[..., Any]) -> Callable[..., Any]:

@@ -45,8 +45,10 @@ THROUGH = (0.025, 0.05, 0.075, 0.1, 0.15, 0.2, 0.27, 0.35, 0.45)
 REACHES = np.geomspace(0.7, 3.2, 12)
 MIDDLES = np.array([-0.3, 0.0, 0.3])
 REACHES_NEAR = np.geomspace(0.85, 1.18, 17)
-MIDDLES_NEAR = np.array([0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2])
-MIDDLES_NEAR = np.concatenate([-MIDDLES_NEAR[::-1], [0.0], MIDDLES_NEAR])
+MIDDLES_NEAR = np.array(
+    [-0.2, -0.14, -0.1, -0.07, -0.05, -0.035, -0.02, -0.01, 0.0]
+    + [0.01, 0.02, 0.035, 0.05, 0.07, 0.1, 0.14, 0.2]
+)
 # One that follows exactly up to somewhere and bends over to a ceiling: how far the signal goes
 # beyond where that begins, in its range, and what room it then has, of that way; around one of
 # each. If it takes off as much, room goes with so high a power of that way.
@@ -77,7 +79,7 @@ def simulate(
 
 def explain(nominal: Nominal) -> list[Candidate]:
     """What is cut off above a level or below one, weight 1, hard or with a soft knee; or taken off
-    by an amplifier that gives less and less towards both its ends."""
+    by an amplifier that gives less and less towards both its ends, or from somewhere on."""
     levels = nominal.low + ENDS_AT[::-1] * nominal.span
     bottoms = nominal.low + (1.0 - ENDS_AT) * nominal.span
     knees = KNEES * nominal.span
