@@ -256,7 +256,7 @@ def test_what_is_offered_before_is_offered_again() -> None:
 
 
 def test_of_a_long_recording_what_leaves_far_more_is_not_looked_at_closely(monkeypatch) -> None:
-    module = importlib.import_module("softsense.diagnose.channel")
+    module = importlib.import_module("softsense.diagnose.pricing")
     monkeypatch.setattr(module, "SEARCHED", 500)
     x, codes = clean(2)
     gap = np.where(np.arange(len(x)) > 3000, 40.0, 0.0)

@@ -20,14 +20,7 @@ from numpy.typing import NDArray
 from threadpoolctl import threadpool_limits
 
 from softsense.diagnose import variance
-from softsense.diagnose.channel import (
-    EFFECT_PRICE,
-    SEARCHED,
-    WALK,
-    Channel,
-    acts_on_change,
-    explained,
-)
+from softsense.diagnose.channel import Channel, acts_on_change
 from softsense.diagnose.cores import all_at_once, one_core
 from softsense.diagnose.design import Entry
 from softsense.diagnose.moved import together
@@ -45,6 +38,7 @@ from softsense.diagnose.nominal import (
     spline_basis,
     told,
 )
+from softsense.diagnose.pricing import EFFECT_PRICE, SEARCHED, WALK, explained
 from softsense.diagnose.rails import railed
 from softsense.diagnose.search import Model, moving, search
 from softsense.diagnose.vetting import MOST, Vetted, left_share, vetted

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from softsense.diagnose.channel import CURVE, RAIL, WALK, Channel
+from softsense.diagnose.channel import CURVE, Channel
 from softsense.diagnose.design import Fit
+from softsense.diagnose.pricing import RAIL, WALK
 from softsense.diagnose.search import Model
 from softsense.effects import AS_CURVE, altered
 from softsense.effects.saturation import is_rail

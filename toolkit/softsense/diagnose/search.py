@@ -11,22 +11,19 @@ from itertools import combinations
 import numpy as np
 
 from softsense.diagnose import moved
-from softsense.diagnose.channel import (
-    CURVE,
-    HOPELESS,
-    LESS_LEFT,
+from softsense.diagnose.channel import CURVE, Channel, on_each_other
+from softsense.diagnose.chosen import HOPELESS, LESS_LEFT
+from softsense.diagnose.cores import all_at_once
+from softsense.diagnose.design import Entry, Fit, Key
+from softsense.diagnose.pricing import (
     MOTION,
     RAILS,
     SERIAL,
     SHARE_OF_LEFT,
     WALK,
-    Channel,
     Names,
     beside_walk,
-    on_each_other,
 )
-from softsense.diagnose.cores import all_at_once
-from softsense.diagnose.design import Entry, Fit, Key
 from softsense.effects import all_effects
 
 # Pairs begin with the most promising single effects, those that cost no more than so many times the

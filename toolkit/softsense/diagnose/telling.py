@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from softsense.diagnose import engine
-from softsense.diagnose.channel import WALK, Channel
+from softsense.diagnose.channel import Channel
 from softsense.diagnose.design import BLOCKS
 from softsense.diagnose.nominal import (
     Motion,
@@ -19,6 +19,7 @@ from softsense.diagnose.nominal import (
     noise_rms,
     spline_basis,
 )
+from softsense.diagnose.pricing import WALK
 from softsense.diagnose.search import Model, model
 from softsense.diagnose.variance import Finding, each_alone
 from softsense.diagnose.vetting import REMAINING_ALONE, Vetted, left_share, signed, walks_of

@@ -15,11 +15,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
 from softsense.diagnose import wandering
-from softsense.diagnose.channel import WALK, WALK_PRICE, Channel
+from softsense.diagnose.channel import Channel
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Base, Design, Fit, Group, Term
 from softsense.diagnose.moved import LEAST_CHANNELS, Together, answer
 from softsense.diagnose.nominal import Motion
+from softsense.diagnose.pricing import WALK, WALK_PRICE
 from softsense.diagnose.search import (
     SLOW,
     Model,
