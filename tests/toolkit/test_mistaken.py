@@ -136,6 +136,16 @@ def test_noise_may_be_louder_with_the_strain_rate() -> None:
     assert not noisy(held * (0.1 + speed / speed.mean()), speed)
 
 
+def test_noise_may_come_in_bursts_of_any_length() -> None:
+    """Some of which are over within what tells how loud it is."""
+    speed = np.ones(8000)
+    rng = np.random.default_rng(21)
+    swing = lfilter([1.0], [1.0, -0.95], rng.normal(size=8000))
+    white = rng.normal(size=8000) * (0.1 + (swing > 1.2 * swing.std()))
+    assert noisy(white, speed)
+    assert not noisy(lfilter([1.0], [1.0, -0.95], white), speed)
+
+
 @pytest.mark.parametrize("middle", [0.5, 0.4])
 def test_an_amplifier_that_gives_less_and_less_saturates(middle: float) -> None:
     x, codes = clean(14)

@@ -26,16 +26,16 @@ CALMED = 5
 TO_AND_FRO = 6
 LLOYD = 20
 # Noise remembers less than this, on average, of where it was from so many samples before, to so
-# many; and swings back by no more than that. Its kurtosis is this near a Gaussian's, or in bursts
-# for how loud it is where it is.
+# many; and swings back by no more than that. Its kurtosis is this near a Gaussian's.
 REMEMBERED = 0.15
 FORGOTTEN, LATER = 30, 60
 SWUNG = 0.2
 GAUSSIAN = 0.5
 # Noise that goes with the speed remembers less than this of any sample before, of so many; and has
-# a kurtosis of no more than this at any pace.
+# a kurtosis of no more than this at any pace; in bursts, which begin and end within what is
+# averaged, for how loud it is where it is.
 WHITE, WHITE_SAMPLES = 0.1, 10
-PACED = 15.0
+PACED, BURSTY = 15.0, 3.0
 # The power of the moves of a walk while the strain is fast over that while it is slow: of no walk
 # above the one, over a second, nor below the other, over so many samples.
 HURRIED, HURRIED_SAMPLES = 5.0, 20
@@ -106,7 +106,7 @@ def noisy(walk: Floats, speed: Floats) -> bool:
         return False
     if abs(float(kurtosis(held))) < GAUSSIAN or in_bursts(held):
         return True
-    return _white(held, _power_at(held, speed))
+    return _white(held, _power_at(held, speed), GAUSSIAN)
 
 
 def with_speed(held: Floats, speed: Floats) -> bool:
@@ -125,14 +125,14 @@ def _power_at(held: Floats, speed: Floats) -> Floats:
 
 def in_bursts(held: Floats) -> bool:
     """Whether ``held`` (samples,), of mean 0, is white noise that is louder at times."""
-    return _white(held, uniform_filter1d(held**2, BURST))
+    return _white(held, uniform_filter1d(held**2, BURST), BURSTY)
 
 
-def _white(held: Floats, power: Floats) -> bool:
+def _white(held: Floats, power: Floats, most: float) -> bool:
     """Whether ``held`` (samples,) is white, and Gaussian for the ``power`` (samples,) that it has
-    where it is."""
+    where it is, but for an excess kurtosis of ``most``."""
     here = _kurtosis_for(held, power)
-    return abs(float(_echoes(held)[0])) < REMEMBERED and abs(here) < GAUSSIAN
+    return abs(float(_echoes(held)[0])) < REMEMBERED and abs(here) < most
 
 
 def _kurtosis_for(held: Floats, power: Floats) -> float:
