@@ -526,6 +526,20 @@ def test_damage_that_only_a_larger_strain_makes_is_softening() -> None:
         assert result.data["unexplained"]["share"] < 1e-2
 
 
+@pytest.mark.parametrize("size", [60.0, 200.0])
+def test_damage_takes_a_share_of_what_is_read_from_rest(size: float) -> None:
+    """Also of sensors whose codes fall where they are stretched."""
+    x, _ = clean(11)
+    x = x * np.linspace(0.4, 1.0, SAMPLES)
+    codes = sensed(x)
+    assert np.sign(codes[-1] - codes[0]).tolist() == [-1.0, 1.0, -1.0, 1.0]
+    damage = -np.expm1(-np.maximum.accumulate(x) / 0.8)[:, None]
+    hurt = codes - size * damage * (codes - codes[0]) / np.ptp(codes, axis=0)
+    result = diagnose(recorded(x, codes, 1), recorded(x, hurt, 2))
+    assert result.effects == ("softening",)
+    assert result.data["unexplained"]["share"] < 1e-3
+
+
 def test_strain_that_does_not_all_reach_the_sensor_is_a_gain() -> None:
     """Glue takes some of it, before a curve that is steep at one end and a material that creeps."""
     x, _ = clean(33)

@@ -101,7 +101,7 @@ def _classes(nominal: Nominal) -> list[Candidate]:
 def _first_cycles(nominal: Nominal, ways: Sequence[float]) -> list[Candidate]:
     """A share that is lost over the first cycles, whatever their strain, where all are alike."""
     gone, kept = nominal.way, nominal.kept()
-    signals = kept.u - kept.rest, kept.strain * kept.span
+    signals = _signal(kept) * kept.span, kept.strain * kept.span
     result = []
     for way in ways:
         lost = -np.expm1(-gone / way)
@@ -118,7 +118,7 @@ def _forgetting(nominal: Nominal) -> list[Candidate]:
         for width in (0.15, 0.25, 0.4):
             soft = -np.expm1(-(largest - nominal.strain) / width) * nominal.span
             values = {"width": width, "heal_s": heal_s}
-            for part in (soft * nominal.share, soft * nominal.strain):
+            for part in (soft * _signal(nominal), soft * nominal.strain):
                 result.append(Candidate(part[:, None], values, "forgetting"))
     return result
 
@@ -162,7 +162,13 @@ def _settled(nominal: Nominal) -> Candidate:
 
 def _curve(nominal: Nominal) -> list[Floats]:
     """(samples,) each: powers of the signal."""
-    return [nominal.share**power for power in (1, 2, 3)]
+    return [_signal(nominal) ** power for power in (1, 2, 3)]
+
+
+def _signal(nominal: Nominal) -> Floats:
+    """(samples,) codes from those at rest, in spans: what is soft loses a share of these."""
+    signal: Floats = (nominal.u - nominal.rest) / nominal.span
+    return signal
 
 
 @compiled
@@ -196,7 +202,7 @@ def _laws(nominal: Nominal, widths: Floats, growths: Floats) -> list[Candidate]:
     for form, width, grows, law in laws:
         values = {"width": float(width), "grows": float(grows)}
         soft = law * nominal.span
-        parts = [soft * nominal.share, soft * nominal.strain, soft * nominal.largest]
+        parts = [soft * _signal(nominal), soft * nominal.strain, soft * nominal.largest]
         result += [Candidate(part[:, None], values, form) for part in parts]
         result.append(Candidate(np.stack([*parts[:2], soft], axis=1), values, form))
     return result + damaged
@@ -224,7 +230,7 @@ def _damage(nominal: Nominal, widths: Floats) -> list[Candidate]:
     for top, after in tops:
         for width, power, much in laws:
             damage = -np.expm1(-(np.maximum(top, 0.0) ** power) / width) * nominal.span
-            parts = [[damage * kept.share], [damage * kept.strain]]
+            parts = [[damage * _signal(kept)], [damage * kept.strain]]
             if much:
                 # What is lost of what carried it need not be a share of all.
                 parts.append([damage * kept.strain, damage * kept.strain**2])
@@ -239,7 +245,8 @@ def _bends(nominal: Nominal) -> list[Candidate]:
     nominal = nominal.kept()
     below = nominal.largest - nominal.strain
     bends = [below, below * nominal.largest, below**2, below * nominal.strain]
-    deep = [np.minimum(below / (0.1 + 0.9 * nominal.largest), 1.0), nominal.largest * nominal.share]
+    deep = np.minimum(below / (0.1 + 0.9 * nominal.largest), 1.0)
+    lost = nominal.largest * _signal(nominal)
     x, top = nominal.strain, nominal.largest
     laws = [-np.expm1(-below / width) for width in NETWORKS]
     networks = [law * part for law in laws for part in (x, x * top, x * x, top)]
@@ -248,7 +255,7 @@ def _bends(nominal: Nominal) -> list[Candidate]:
         Candidate(np.stack(parts, axis=1) * nominal.span, {}, form)
         for parts, form in (
             (bends, "exponential"),
-            ([*bends, *deep], "ogden-roxburgh"),
+            ([*bends, deep, lost], "ogden-roxburgh"),
             (bends[:2], "exponential"),
         )
     ]
