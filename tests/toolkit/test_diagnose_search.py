@@ -64,6 +64,39 @@ def test_a_close_look_begins_where_the_coarse_one_stood(
     assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
 
 
+def test_what_says_most_beside_another_is_chosen_with_it() -> None:
+    """As least squares on all pairs of single columns have it."""
+    x, codes = clean(6, 2000)
+    t = np.arange(len(x)) / RATE_HZ
+    gap = 30.0 * np.log1p(t / 9.0) + 0.08 * (codes[:, 0] - codes[0, 0])
+    channel = first_channel(x, codes, gap, ["drift", "gain"])
+    columns = {
+        name: [(k, e.columns[:, 0]) for k, e in enumerate(entries) if e.width == 1]
+        for name, entries in channel.entries.items()
+    }
+
+    def left(*some: np.ndarray) -> float:
+        together = np.stack(some, axis=1).astype(np.float64)
+        weights = np.linalg.lstsq(together, channel.residual)[0]
+        return float(((channel.residual - together @ weights) ** 2).sum())
+
+    for first, second in (("drift", "gain"), ("gain", "drift")):
+        best, gained = channel.design.best_beside(first, second)
+        least = {k: min(left(one, two) for _, two in columns[second]) for k, one in columns[first]}
+        # The design adds up two samples each, in single precision.
+        assert least[best] < 1.05 * min(least.values())
+        whole = float((channel.residual**2).sum())
+        assert gained == pytest.approx(whole - min(least.values()), rel=0.01)
+
+
+def test_two_effects_that_only_together_say_much_are_found(monkeypatch) -> None:
+    """A case of the benchmark that is not held out: whichever comes first takes the other's part,
+    and nothing that is near its candidate is what happened."""
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("liquid").make(720005, ("drift", "gain"), "typical")
+    assert set(diagnose(case.sim, case.real).effects) == set(case.truth)
+
+
 def test_two_effects_that_say_little_alone_are_found_together(monkeypatch) -> None:
     """A case of the training half: five effects alone cost less than either."""
     monkeypatch.syspath_prepend(str(GAP))

@@ -28,6 +28,8 @@ REFUSED = 4
 # How often the candidates of several effects are chosen beside each other; once where that is
 # hopeless.
 PASSES = 3
+# What two effects leave that are chosen at once, of what they do one after the other.
+FAR_LESS = 0.7
 # What leaves so many times what others do.
 HOPELESS = 4.0
 # What an effect alone says of what no effect says, or of what the best one leaves, to be looked at
@@ -225,6 +227,8 @@ class Chosen(Priced):
             for name in sorted(others.keys() & self._elsewhere_said.keys()):
                 begun = {**others, name: self._elsewhere_said[name]}
                 made.append(self._beside(last, begun, 0, held, hopeless=hopeless))
+        if len(names) == 2 and not held and WALK not in names:
+            made += self._both_at_once(names, min(map(self.left, made)))
         if names in self._stood and not held:
             stood = self._stood[names]
             static = stood.static_columns
@@ -232,6 +236,14 @@ class Chosen(Priced):
                 rest = {name: number for name, number in stood.picks if name != last}
                 made.append(self._beside(last, rest, static, hopeless=hopeless))
         return min(made, key=self.price)
+
+    def _both_at_once(self, names: Names, left: float) -> list[Fit]:
+        """What begins with those candidates of two effects that say most together, of one column
+        each, if that is far more than fits that leave so much, which chose one of them first."""
+        first, second = sorted(names)
+        one, gained = self.design.best_beside(first, second)
+        rest = (float(self.design.squares.sum()) - gained) / self.sigma**2 - self.samples
+        return [self._beside(second, {first: one}, 0)] if rest < FAR_LESS * left else []
 
     def _hopeless(self) -> float:
         """The price of what leaves too many times what the cheapest fit so far does; a walk, which

@@ -40,6 +40,8 @@ _RIDGE = 1e-7
 # What is less of a column's square is rounding: of products of double, and of single precision.
 _ROUNDING = 1e-12
 _DIGITS = 3e-6
+# What is less of two columns is not theirs apart: they are the same but for so much.
+APART = 1e-3
 
 
 @dataclass(frozen=True)
@@ -144,12 +146,14 @@ class Group:
         widths = np.array([entry.width for entry in entries])
         self.columns = np.array([at for entry in entries for at in entry.at], dtype=np.intp)
         self.begins = np.concatenate([[0], np.cumsum(widths)])
-        self.fixed = np.array([entry.candidate.fixed for entry in entries])
+        self.fixed = np.array([entry.candidate.fixed for entry in entries], dtype=bool)
         self.free_widths = np.where(self.fixed, 0, widths)
         self.curved = np.array([entry.candidate.curved for entry in entries])
         self.shifting = np.array([entry.candidate.shifting for entry in entries])
         self.further = np.array([further(entry.candidate) for entry in entries])
         self.pliable = [k for k, entry in enumerate(entries) if entry.candidate.pliable]
+        # Those of one column whose weight is free.
+        self.narrow = np.flatnonzero((widths == 1) & ~self.fixed)
 
 
 class Base:
@@ -344,6 +348,26 @@ class Design:
             self._total, index, signs, ridge, group.columns, group.begins, sizes, more, least
         )
         return result
+
+    def best_beside(self, first: str, second: str) -> tuple[int, float]:
+        """Of two effects, that candidate of the ``first`` which with one of the ``second`` lowers
+        the squared error most, on the time that the fit saw, both of one free column; and by how
+        much: not at all where there are none."""
+        for two in combinations_with_replacement((BASE, first, second), 2):
+            self._multiply(*two)
+        group, other = self._groups[first], self._groups[second]
+        if not len(group.narrow) or not len(other.narrow):
+            return 0, 0.0
+        a, b = (some.columns[some.begins[some.narrow]] for some in (group, other))
+        upper = self._spans[first].start < self._spans[second].start
+        cross = self._total[a[:, None], b] if upper else self._total[b[:, None], a].T
+        said, other_said = self._total[0, a, None], self._total[0, b]
+        own, others_own = self._total[a, a, None], self._total[b, b]
+        gain = said**2 * others_own - 2.0 * said * other_said * cross + own * other_said**2
+        apart = own * others_own - cross**2
+        gain = np.where(apart > APART * own * others_own, gain / np.maximum(apart, 1e-30), 0.0)
+        best = int(np.argmax(gain.max(axis=1)))
+        return int(group.narrow[best]), float(gain[best].max())
 
 
 def _make_room(kept: dict[Any, Floats]) -> None:

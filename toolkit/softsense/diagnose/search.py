@@ -238,9 +238,9 @@ def priced(channels: Sequence[Channel], fits: tuple[Fit, ...]) -> Model:
     # What an equation that is only nearly right leaves is a share of the gap where it leaves it.
     there = sorted(_gap_of(channels, fits, name) for name in names)
     further = more * sum(there[:-1])
-    if exact and len(names) == 2:
-        # Exact equations that leave nearly nothing are right, whatever the gap.
-        further = min(further, SHARE_OF_LEFT * max(_left_by(channels, fits), 0.0))
+    if len(names) == 2:
+        # Two equations that leave nearly nothing are right, whatever the gap.
+        further = min(further, max(_left_by(channels, fits), 0.0))
     shares = NAME_SHARE * gap + further if names else 0.0
     costs = [
         each
