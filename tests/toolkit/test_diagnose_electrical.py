@@ -221,6 +221,13 @@ def test_a_rail_is_tried_in_place_of_a_converters_curve(monkeypatch) -> None:
     assert "saturation" not in found
 
 
+def test_a_capacitor_may_take_less_of_a_channel_than_it_brings(monkeypatch) -> None:
+    """A case of the benchmark that is not held out; a gain would say the rest."""
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("elsewhere").make(731300, ("crosstalk",), "rich")
+    assert diagnose(case.sim, case.real).effects == ("crosstalk",)
+
+
 def test_crosstalk_of_a_capacitor_whose_dielectric_gives_back() -> None:
     x, codes = clean(13, 8000)
     late, made = filtered(codes, 1.5), codes.copy()

@@ -122,6 +122,10 @@ def _shares(nominal: Nominal) -> list[Candidate]:
             for zeros in (np.zeros(2), rest[scanned] - rest[nominal.channel]):
                 kept = both - zeros
                 result.append(Candidate(kept, source, "scan", parallel=True, largest=most))
+            # Or it takes less of the channel's own than it brings of the one before.
+            brought = codes[:, scanned[0]] - rest[scanned[0]]
+            less = np.stack([brought, brought - (u - nominal.rest)], axis=1)
+            result.append(Candidate(less, source, "sharing", positive=True, largest=most))
             # On a connector both neighbours leak, unequally.
             beside = [scanned[0], (nominal.channel + 1) % channels]
             sides = codes[:, beside] - rest[beside]
