@@ -12,7 +12,7 @@ import pytest
 from softsense.diagnose import augment, diagnose
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import BETWEEN_S, change_of
-from softsense.diagnose.nominal import denoise, motion_of
+from softsense.diagnose.nominal import AVERAGES, denoise, motion_of, nominals, reference_of
 from softsense.simulate.motion import random_motion
 
 sys.path.insert(0, str(Path(__file__).parent))
@@ -376,6 +376,23 @@ def test_fast_moves_of_a_simulation_are_kept_where_the_real_recording_has_them()
     error = np.std(smooth - there, axis=0)
     assert error[0] < 0.35 * np.std(denoise(sim, motion)[0][:, 0] - there[:, 0])
     assert kept[0] > kept[1] == kept[2] == kept[3]
+
+
+@pytest.mark.parametrize("average", AVERAGES, ids=len)
+def test_what_an_average_keeps_of_the_noise_is_no_gap(average: np.ndarray) -> None:
+    """However few samples it takes."""
+    x, codes = clean(3)
+    motion = motion_of(0.4 * x, 1 / RATE_HZ, 0.0, None)
+    reference = reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3)))
+    nominal = nominals(codes, codes, motion, 12, reference)[0]
+    simulated, real = np.random.default_rng(8).normal(0.0, 1.7, (2, len(x)))
+    still = np.convolve(simulated, average, "same")
+    own, kept = float(np.mean((simulated - still) ** 2)), float((average**2).sum())
+    curve, history = x[:, None] ** [1, 2], motion.history
+    channel = Channel(nominal, real - still, 1.7, curve, ["gain"], own, 0.0, kept, history)
+    assert channel.noise == pytest.approx(np.var(real - still), rel=0.03)
+    assert not channel.entries
+    assert channel.left(channel.fit(())) < 0.15 * len(x)
 
 
 def test_a_seldom_fast_move_of_a_simulation_is_kept() -> None:

@@ -26,6 +26,7 @@ from softsense.diagnose.design import Entry
 from softsense.diagnose.moved import together
 from softsense.diagnose.nominal import (
     Motion,
+    beside_average,
     denoise,
     felt,
     levels_of,
@@ -210,7 +211,8 @@ def _diagnosed(sim: Recording, real: Recording, seed: int, without: Sequence[str
     simulated = sim.codes - smooth
     own = (simulated**2).mean(axis=0)
     # Of fast moves, in the codes themselves, some would look like noise.
-    missed = np.maximum(own - noise_rms(simulated) ** 2, 0.0)
+    beside = np.where(ways, 1.0, [beside_average(share) for share in kept])
+    missed = np.maximum(own - beside * noise_rms(simulated) ** 2, 0.0)
     motion = felt(motion, smooth, ways, smooth)
     # Where fast moves are kept as simulated, their noise is in what is left, not beside it.
     fast = np.where(ways, kept, 0.0)

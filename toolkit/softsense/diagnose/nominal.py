@@ -26,8 +26,13 @@ WIDTHS = np.array([0.03, 0.06, 0.1, 0.18, 0.3, 0.45, 0.6, 0.9])
 # As many of each as the processor takes at once, and none more than the first: the rest have no
 # weight.
 SLOW, LOOPS, FAST = 8, 8, 4
-# Weights of averages over two thirds of a second and less; a shorter one must be better by so much.
+# Weights of averages over two thirds of a second and less; what each keeps of white noise, and what
+# is left beside it.
 AVERAGES = [np.hanning(n + 2)[1:-1] / np.hanning(n + 2).sum() for n in (13, 9, 7, 5, 3)]
+KEPT = [float((average**2).sum()) for average in AVERAGES]
+BESIDE = [1.0 - 2.0 * float(a.max()) + kept for a, kept in zip(AVERAGES, KEPT, strict=True)]
+# The longest one is usual; a shorter one must be better by so much.
+KEPT_USUALLY = KEPT[0]
 BETTER = 0.97
 # And what it keeps besides must be in the real recording to this share, or it is only noise.
 SHARED = 0.8
@@ -304,7 +309,7 @@ def denoise(
     (samples, channels): codes that have what is fast of them too, where that is no noise. ``own``:
     see ``own_ways``.
     """
-    smooth, kept = told(codes, motion), np.full(codes.shape[1], float((AVERAGES[0] ** 2).sum()))
+    smooth, kept = told(codes, motion), np.full(codes.shape[1], KEPT_USUALLY)
     # What this cannot say is kept, averaged over two thirds of a second.
     for channel, left in enumerate((codes - smooth).T):
         averaged = best = np.convolve(left, AVERAGES[0], "same")
@@ -316,11 +321,11 @@ def denoise(
             continue
         least = BETTER * _foretold(left, averaged, AVERAGES[0])
         rest = real[:, channel] - smooth[:, channel]
-        for average in AVERAGES[1:]:
+        for average, keeps in zip(AVERAGES[1:], KEPT[1:], strict=True):
             other = np.convolve(left, average, "same")
             error, more = _foretold(left, other, average), other - averaged
             if error < least and float((rest - averaged) @ more) > SHARED * float(more @ more):
-                best, least, kept[channel] = other, error, float((average**2).sum())
+                best, least, kept[channel] = other, error, keeps
         if strained:
             fast = _any_fast(left - best, rest - best, ANY)
             share = kept[channel] + (1.0 - kept[channel]) * float(fast.mean())
@@ -329,6 +334,11 @@ def denoise(
             fast = _fast(left - best, rest - best)
         smooth[:, channel] += np.where(fast, left, best)
     return smooth, kept
+
+
+def beside_average(kept: float) -> float:
+    """The share of white noise that is left beside an average that has ``kept`` so much of it."""
+    return float(np.interp(kept, KEPT, BESIDE))
 
 
 def _fast(simulated: Floats, real: Floats) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from softsense.diagnose.design import (
     Term,
     further,
 )
-from softsense.diagnose.nominal import slow_over
+from softsense.diagnose.nominal import KEPT_USUALLY, beside_average, slow_over
 from softsense.diagnose.walk import innovations, likely_gain
 from softsense.effects import CALIBRATED, EXACTLY, Candidate, Effect, Nominal, all_effects, altered
 
@@ -139,10 +139,12 @@ class Priced:
         self.nominal, self.residual, self.sigma, self.static = nominal, residual, sigma, static
         # Where fast moves are kept as simulated, nothing of the simulation's noise is beside them.
         strained = nominal.reference.own[nominal.channel] != 0
-        simulated = own / (1.0 - kept) if strained else own
+        simulated = min(own / (1.0 - kept if strained else beside_average(kept)), sigma**2)
         # The slow part of that noise is still in the nominal signal, and what of its motion nobody
         # could tell is not.
-        self.noise = sigma**2 + kept * min(simulated, sigma**2) + missed
+        self.noise = sigma**2 + kept * simulated + missed
+        # What an average of fewer samples keeps of it besides is no gap, per noise variance.
+        self.more = 0.0 if strained else (kept - min(kept, KEPT_USUALLY)) * simulated / sigma**2
         self.long = len(residual) > LONG * SEARCHED
         most = SEARCHED_OF_LONG if self.long else SEARCHED
         self._thin = slice(None, None, -(-len(residual) // most))
@@ -151,7 +153,7 @@ class Priced:
         self._size = float(np.sqrt(np.mean(residual[self._thin] ** 2)))
         self.samples = len(residual[self._thin])
         # Squares of the residual beyond the noise, over its variance; with what fast moves keep.
-        usual = self.samples * (self.noise / sigma**2 if strained else 1.0)
+        usual = self.samples * (self.noise / sigma**2 if strained else 1.0 + self.more)
         self.excess = 0.0 if self.quiet else max(squares - usual, 0.0)
         # Squares of its moves from sample to sample, in noise variances.
         self.pace = max(float(np.sum(np.diff(nominal.u) ** 2)) / sigma**2, 1.0)
@@ -471,7 +473,7 @@ class Priced:
 
     def left(self, fit: Fit) -> float:
         """Error on unseen time over the noise variance, beyond the noise itself."""
-        left = float(fit.errors.sum()) / self.sigma**2 - self.samples
+        left = float(fit.errors.sum()) / self.sigma**2 - (1.0 + self.more) * self.samples
         if (WALK, 0) in fit.picks:
             # The likelihood of its innovations, whose variance is larger than the noise's.
             left -= self.samples * float(np.log1p(-self.gain))

@@ -220,7 +220,7 @@ def tell(
 
 def _unknown(channels: Sequence[Channel], best: Model) -> bool:
     """Whether the gap is there, and follows nothing that the catalogue knows."""
-    raw = sum(c.excess - c.samples * (c.noise / c.sigma**2 - 1.0) for c in channels)
+    raw = sum(c.excess - c.samples * (c.noise / c.sigma**2 - 1.0 - c.more) for c in channels)
     return raw > UNKNOWN_GAP * channels[0].samples and left_share(channels, best) > UNKNOWN_SHARE
 
 
