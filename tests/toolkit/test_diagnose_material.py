@@ -526,6 +526,21 @@ def test_damage_that_only_a_larger_strain_makes_is_softening() -> None:
         assert result.data["unexplained"]["share"] < 1e-2
 
 
+def test_what_the_fastest_moment_breaks_goes_with_some_power_of_its_speed() -> None:
+    """And forms again until a faster one; a filtered rate says it badly."""
+    x, codes = clean(12)
+    speed, held = np.abs(np.gradient(x)) * RATE_HZ, np.zeros_like(x)
+    for k in range(1, len(x)):
+        held[k] = max(speed[k] ** 0.65, 0.95 * held[k - 1])
+    made = codes.copy()
+    made[:, 1:3] += (80.0 * held * (1.0 + 0.5 * x))[:, None] * [1.0, -0.7]
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert [(e["name"], e["channels"]) for e in result.data["effects"]] == [
+        ("overshoot", ["s2", "s3"])
+    ]
+    assert result.data["unexplained"]["share"] < 5e-3
+
+
 @pytest.mark.parametrize("size", [60.0, 200.0])
 def test_damage_takes_a_share_of_what_is_read_from_rest(size: float) -> None:
     """Also of sensors whose codes fall where they are stretched."""

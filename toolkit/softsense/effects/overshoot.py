@@ -41,6 +41,8 @@ SIGNED = "signed"
 SLOWEST_DASHPOT_S = 1.5
 # Powers of what shears, of which either way counts.
 SHEARS = (1.0, 1.25, 1.5)
+# Powers of the strain rate by which its fastest moment breaks.
+PEAKS = (1.0, 0.8, 0.65)
 
 
 def simulate(
@@ -248,13 +250,22 @@ def _tunnelling(
 
 
 def _peaks(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
-    """What the fastest moment has broken, which forms again until a faster one."""
+    """What the fastest moment has broken, by a power of its speed, which forms again until a faster
+    one."""
 
-    def peaks(tau_s: float) -> Floats:
-        y = _held(_speed(nominal), float(np.exp(-nominal.dt_s / tau_s)))
+    def peaks(tau_s: float, power: float) -> Floats:
+        y = _held(_speed(nominal) ** power, float(np.exp(-nominal.dt_s / tau_s)))
         return _felt(nominal, y[nominal.keep] * nominal.span)
 
-    return [Candidate(partial(peaks, tau_s), {"tau_s": tau_s}, "peaks") for tau_s in taus_s]
+    return [
+        Candidate(
+            partial(peaks, tau_s, power),
+            {"tau_s": tau_s, "peaks": power} if power != 1.0 else {"tau_s": tau_s},
+            "peaks",
+        )
+        for tau_s in taus_s
+        for power in PEAKS
+    ]
 
 
 def _sheared(nominal: Nominal, taus_s: Sequence[float]) -> list[Candidate]:
