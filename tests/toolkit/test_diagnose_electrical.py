@@ -221,6 +221,17 @@ def test_a_rail_is_tried_in_place_of_a_converters_curve(monkeypatch) -> None:
     assert "saturation" not in found
 
 
+def test_a_share_may_grow_with_what_the_channel_itself_has_moved() -> None:
+    """It settles the more slowly, the higher its resistance is; the zero is that of the moves."""
+    x, codes = clean(19)
+    slow_s = (0.05, 0.4, 2.0, 10.0)
+    codes = np.hstack([filtered(codes[:, [k]], tau_s) for k, tau_s in enumerate(slow_s)])
+    moved = codes - codes[0]
+    share = 0.015 * np.exp(1.2 * np.abs(moved) / np.ptp(codes, axis=0))
+    made = codes + share * (np.roll(moved, 1, axis=1) - moved)
+    assert diagnose(recorded(x, codes, 1), recorded(x, made, 2)).effects == ("crosstalk",)
+
+
 def test_a_capacitor_may_take_less_of_a_channel_than_it_brings(monkeypatch) -> None:
     """A case of the benchmark that is not held out; a gain would say the rest."""
     monkeypatch.syspath_prepend(str(GAP))

@@ -111,6 +111,10 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                     result.append(Candidate((instead - zero)[:, None], source, largest=most))
                     zeroed = loaded - zero * np.array([1.0, at_rest])
                     result.append(Candidate(zeroed, source, "loaded", curved=True, largest=most))
+                # Nor where it is a share of how far both have moved.
+                moved = instead - rest[other] + rest[nominal.channel]
+                more = np.stack([moved, moved * nominal.share[keep]], axis=1)
+                result.append(Candidate(more, source, "loaded", largest=most))
                 # And what a capacitance beside the resistance lets through.
                 both = np.stack([alone, slopes[:, other]], axis=1)
                 result.append(Candidate(both, source, "capacitive", positive=True, largest=most))
