@@ -18,7 +18,8 @@ from hypothesis import strategies as st
 from scipy.interpolate import CubicSpline
 
 from softsense import effects
-from softsense.diagnose import channel
+from softsense.diagnose import pricing
+from softsense.diagnose.channel import Channel
 from softsense.diagnose.nominal import history_basis, motion_of, nominals, reference_of
 from softsense.effects import STRAIGHT, Candidate, Context, all_effects, effect, operators
 from softsense.effects.hysteresis import _plane
@@ -355,7 +356,7 @@ def test_delayed_candidates_are_the_interpolation_of_the_signal() -> None:
 
 def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> None:
     """Filters run before samples are left out, and what is called memoryless has none."""
-    monkeypatch.setattr(channel, "SEARCHED", 500)
+    monkeypatch.setattr(pricing, "SEARCHED", 500)
     rng = np.random.default_rng(5)
     strain = np.convolve(rng.random(2000), np.hanning(60), "same")
     codes = 1500.0 + 20.0 * strain[:, None] * np.array([1.0, -0.7])
@@ -368,7 +369,7 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
         reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3))),
     )[0]
     history = history_basis(motion.strain, 0.05)
-    searched = channel.Channel(
+    searched = Channel(
         nominal, rng.normal(size=2000), 1.0, history, (), 1.0, 0.0, 0.1, history
     )
     for name, one in all_effects().items():
