@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from softsense.diagnose import diagnose, telling, vetting
-from softsense.diagnose.channel import Channel
+from softsense.diagnose import diagnose, pricing, telling, vetting
 from softsense.diagnose.nominal import lost_codes, motion_of
 from softsense.diagnose.search import Model, _walk_last, by_price
 from softsense.diagnose.tones import without_tone
@@ -171,9 +170,8 @@ def test_a_little_more_noise_shows_beside_channels_that_are_simulated_right() ->
 
 
 def test_a_walk_is_one_where_its_samples_are_thinned(monkeypatch) -> None:
-    channel = sys.modules[Channel.__module__]
-    monkeypatch.setattr(channel, "LONG", 0)
-    monkeypatch.setattr(channel, "SEARCHED_OF_LONG", 600)
+    monkeypatch.setattr(pricing, "LONG", 0)
+    monkeypatch.setattr(pricing, "SEARCHED_OF_LONG", 600)
     x, codes = clean(59, 30_000)
     walks = np.cumsum(np.random.default_rng(4).normal(0.0, 0.5, codes.shape), axis=0)
     result = diagnose(recorded(x, codes, 1), recorded(x, codes + walks, 2))

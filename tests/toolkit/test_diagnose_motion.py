@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from softsense.diagnose import augment, diagnose
+from softsense.diagnose import augment, diagnose, pricing
 from softsense.diagnose.channel import Channel
 from softsense.diagnose.engine import BETWEEN_S, change_of
 from softsense.diagnose.nominal import AVERAGES, denoise, motion_of, nominals, reference_of
@@ -149,7 +149,7 @@ def test_worn_play_under_a_gain_is_played_as_it_is_under_what_says_it_best() -> 
 
 
 def test_a_long_recordings_motion_is_looked_at_closely_on_one_channel(monkeypatch) -> None:
-    monkeypatch.setattr(sys.modules[Channel.__module__], "LONG", 0)
+    monkeypatch.setattr(pricing, "LONG", 0)
     closely, offered = [], Channel._offered
 
     def counted(self, nominal, name, near, place=""):
@@ -172,7 +172,7 @@ def test_a_long_recordings_motion_is_looked_at_closely_on_one_channel(monkeypatc
 
 
 def test_a_late_clock_after_play_is_both_where_samples_are_thinned(monkeypatch) -> None:
-    monkeypatch.setattr(sys.modules[Channel.__module__], "SEARCHED", 2000)
+    monkeypatch.setattr(pricing, "SEARCHED", 2000)
     x, codes = clean(58)
     played, at, index = np.empty(SAMPLES), x[0], np.arange(SAMPLES)
     for k, strain in enumerate(x):

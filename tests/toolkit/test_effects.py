@@ -369,9 +369,7 @@ def test_traces_for_a_thinned_search_are_those_of_the_full_rate(monkeypatch) -> 
         reference_of(codes, motion, np.zeros((0, 3)), np.zeros((4, 3))),
     )[0]
     history = history_basis(motion.strain, 0.05)
-    searched = Channel(
-        nominal, rng.normal(size=2000), 1.0, history, (), 1.0, 0.0, 0.1, history
-    )
+    searched = Channel(nominal, rng.normal(size=2000), 1.0, history, (), 1.0, 0.0, 0.1, history)
     for name, one in all_effects().items():
         if one.explain is None:
             continue
