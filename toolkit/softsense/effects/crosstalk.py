@@ -84,6 +84,7 @@ def _shares(nominal: Nominal) -> list[Candidate]:
     keep, channels = nominal.keep, len(nominal.codes)
     u, rest = nominal.u[keep], nominal.reference.rest
     at_rest = (nominal.rest - nominal.low) / nominal.span
+    far = np.abs(u - nominal.rest) / nominal.span
     at, last = np.arange(len(nominal.u))[keep], len(nominal.u) - 1
     ahead, behind = np.minimum(at + 1, last), np.maximum(at - 1, 0)
     slopes = np.stack([codes[ahead] - codes[behind] for codes in nominal.codes], axis=1)
@@ -111,10 +112,10 @@ def _shares(nominal: Nominal) -> list[Candidate]:
                     result.append(Candidate((instead - zero)[:, None], source, largest=most))
                     zeroed = loaded - zero * np.array([1.0, at_rest])
                     result.append(Candidate(zeroed, source, "loaded", curved=True, largest=most))
-                # Nor where it is a share of how far both have moved.
+                # Nor where it is a share of how far both have moved, more where its own has moved.
                 moved = instead - rest[other] + rest[nominal.channel]
-                more = np.stack([moved, moved * nominal.share[keep]], axis=1)
-                result.append(Candidate(more, source, "loaded", largest=most))
+                more = np.stack([moved, moved * far], axis=1)
+                result.append(Candidate(more, source, "loaded", positive=True, largest=most))
                 # And what a capacitance beside the resistance lets through.
                 both = np.stack([alone, slopes[:, other]], axis=1)
                 result.append(Candidate(both, source, "capacitive", positive=True, largest=most))
