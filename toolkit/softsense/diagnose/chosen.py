@@ -110,7 +110,7 @@ class Chosen(Priced):
                 self._stood[frozenset(dict(picks))] = replace(fit, picks=picks)
 
     def _better_gain(self) -> float:
-        """The same beside what the best model with a walk says."""
+        """The gain of a walk (``gain_of``) beside what the best model with one says."""
         walks = [fit for (names, _), fit in self._best.items() if WALK in names]
         if not walks:
             return self.gain

@@ -167,8 +167,7 @@ def _curve(nominal: Nominal) -> list[Floats]:
 
 def _signal(nominal: Nominal) -> Floats:
     """(samples,) codes from those at rest, in spans: what is soft loses a share of these."""
-    signal: Floats = (nominal.u - nominal.rest) / nominal.span
-    return signal
+    return nominal.once("signal", lambda: (nominal.u - nominal.rest) / nominal.span)
 
 
 @compiled
