@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from itertools import pairwise
 from pathlib import Path
@@ -19,11 +20,13 @@ sys.path.insert(0, str(Path(__file__).parent))
 
 from made_gaps import (
     FINE,
+    GAP,
     RATE_HZ,
     SAMPLES,
     clean,
     filtered,
     first_channel,
+    hide,
     recorded,
     sensed,
     walked,
@@ -413,3 +416,33 @@ def test_effects_of_the_motion_are_composed_where_a_channel_has_no_gap() -> None
     names = frozenset({"backlash", "delay"})
     channel = first_channel(x, codes, np.zeros(len(x)), sorted(names))
     assert not channel.composed(channel.within(names), names).picks
+
+
+@pytest.mark.parametrize("effect", ["", "step"])
+def test_channels_that_are_read_one_after_the_other_are_late_by_more_and_more(effect: str) -> None:
+    """And not each by a circuit of its own."""
+    x, codes = clean(1)
+    index = np.arange(len(x), dtype=float)
+    each = 0.4 + 0.15 * np.arange(codes.shape[1])
+    made = np.stack(
+        [np.interp(index - late, index, c) for late, c in zip(each, codes.T, strict=True)], axis=1
+    )
+    result = diagnose(recorded(x, codes, 1), recorded(x, hide(x, made, effect), 2))
+    assert set(result.effects) == {"delay", effect} - {""}
+    assert result.data["unexplained"]["share"] < 0.005
+    late_s = {
+        trace.channel: trace.values["delay_s"] + trace.values["scan_s"] * trace.channel
+        for trace in result.traces
+        if trace.effect == "delay"
+    }
+    assert [late_s[c] for c in sorted(late_s)] == pytest.approx(each / RATE_HZ, abs=0.003)
+
+
+@pytest.mark.parametrize("seed", [6200, 6201])
+def test_circuits_behind_a_clock_that_is_late(seed: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The clock alone would be as late as all of them on average."""
+    monkeypatch.syspath_prepend(str(GAP))
+    case = importlib.import_module("liquid").make(seed, ("delay", "lag"), "rich")
+    result = diagnose(case.sim, case.real)
+    assert set(result.effects) == {"delay", "lag"}
+    assert result.data["unexplained"]["share"] < 0.005

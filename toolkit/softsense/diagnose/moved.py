@@ -21,8 +21,10 @@ from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key, Pick
 from softsense.diagnose.periods import courses
 from softsense.effects import Fine, Nominal, Recurring, all_effects
+from softsense.effects.operators import low_pass
 
 Floats = NDArray[np.float64]
+LAG = "lag"
 # Parameters of each effect.
 Values = Mapping[str, Mapping[str, float]]
 Forms = Mapping[str, str]
@@ -166,18 +168,18 @@ def refined(
     fine = {n: f for n in entries if (f := all_effects()[n].fine) is not None}
     if not fine or len(fine) < len(entries):
         return None
-    further = {name: fine[name].more[stage - 1 : stage] if stage else () for name in entries}
+    further = {name: (*fine[name].more, ())[stage - 1] if stage else () for name in entries}
     if stage and not any(further.values()):
         return None
     begun = {
-        name: dict.fromkeys(sum(further[name], ()), 0.0) | dict(entry.candidate.values)
+        name: dict.fromkeys(further[name], 0.0) | dict(entry.candidate.values)
         for name, entry in entries.items()
     }
     # What there is besides goes around what is known already.
     free = [
         (name, key)
         for name, given in begun.items()
-        for key in (sum(further[name], ()) or given)
+        for key in (further[name] or given)
         if key in fine[name].steps
     ]
     if not free:
@@ -194,12 +196,59 @@ def _left_by(active: Sequence[tuple[Channel, Fit]]) -> Left:
     """What effects of the motion leave of what the others do."""
     rests = np.stack([c.left_by(fit, set(fit.picks) - set(c.held(fit))) for c, fit in active])
     sigmas = np.array([[channel.sigma] for channel, _ in active])
+    # A clock and a circuit do nearly the same: what both may do is left to the circuit.
+    circuits = np.stack([_slower(channel, fit) for channel, fit in active])
 
     def left(values: Values, forms: Forms) -> Floats:
         rest: Floats = (rests - _changes(active, values, forms)) / sigmas
+        rest -= circuits * (circuits * rest).sum(axis=1, keepdims=True)
         return rest
 
     return left
+
+
+def own_values(
+    channels: Sequence[Channel], fits: Sequence[Fit], name: str, key: str
+) -> list[float]:
+    """The value of an effect of the motion that each channel on which it is would have for itself,
+    where ``fits`` have one for all: one step of Newton's."""
+    active = [
+        both for both in zip(channels, fits, strict=True) if name in both[0].motion_of(both[1])
+    ]
+    channel, fit = active[0]
+    candidate, fine = channel.motion_of(fit)[name].candidate, all_effects()[name].fine
+    assert fine is not None
+    begun, step, forms = dict(candidate.values), fine.steps[key], {name: candidate.form}
+    left = _left_by(active)
+    now = left({name: begun}, forms)
+    slopes = (now - left({name: {**begun, key: begun[key] + step}}, forms)) / step
+    more = (slopes * now).sum(axis=1) / np.maximum((slopes**2).sum(axis=1), 1e-12)
+    own: list[float] = (begun[key] + more).tolist()
+    return own
+
+
+def with_value(channel: Channel, fit: Fit, name: str, key: str, value: float) -> dict[str, Entry]:
+    """The entry of an effect of the motion that ``fit`` has alone, with another value; none where
+    it is not there."""
+    if name not in channel.motion_of(fit):
+        return {}
+    candidate = channel.motion_of(fit)[name].candidate
+    values = {name: {**candidate.values, key: value}}
+    return _entries(channel, channel.nominal, values, {name: candidate.form})
+
+
+def _slower(channel: Channel, fit: Fit) -> Floats:
+    """(searched samples,) of norm 1: what a lag that ``fit`` has would do with a little longer time
+    constant; 0 where there is none."""
+    number = dict(fit.picks).get(LAG)
+    if number is None:
+        return np.zeros(channel.samples)
+    read = (channel.nominal.u + channel.predicted(fit))[:, None]
+    tau_s = channel.entries[LAG][number].candidate.values["tau_s"]
+    slow, _ = low_pass(read, channel.nominal.dt_s, np.array([tau_s]), None)
+    more = channel.searched((slow - read)[:, 0])
+    slower: Floats = more / max(float(np.linalg.norm(more)), 1e-12)
+    return slower
 
 
 def _weights(left: Floats) -> Floats:

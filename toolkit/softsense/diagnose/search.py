@@ -52,7 +52,7 @@ LEAST_FITTED = 0.02
 LEAST_MORE = 0.5
 # How many kinds of parameters a motion may have, the last of which is free to go anywhere: where so
 # much is left, in noise variances of one channel, and no more than this share of the gap.
-STAGES = 3
+STAGES = 4
 LEAST_FREE = 1.5
 MOST_FREE = 0.3
 # A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
@@ -87,6 +87,7 @@ UNTOLD = 4.0
 SAYS_MOST = 0.15
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
+DELAY, DELAY_S, LAG = "delay", "delay_s", "lag"
 # What a walk can do by chance.
 SLOW = frozenset({"drift", "step"})
 SLOW_PRICE = 0.5
@@ -404,6 +405,7 @@ def search(
     found += _upon_best(channels, by_price([*fine, *found]), names)
     found += _upon_motion(channels, by_price([*fine, *found]), names)
     found += _moved_alike(channels, by_price([*fine, *found]))
+    found += _earlier(channels, by_price([*fine, *found]), names)
     last = [weighed(channels, made) for made in [*untouched, *found]]
     return by_price(_fewest_first(channels, _walk_last(channels, by_price(last))))
 
@@ -711,6 +713,31 @@ def _moved_alike(channels: Sequence[Channel], models: Sequence[Model]) -> list[M
         # Meanwhile the others have been what they were.
         result.append(_closer(channels, min(result, key=lambda made: made.price)))
     return result
+
+
+def _earlier(
+    channels: Sequence[Channel], models: Sequence[Model], names: Sequence[str]
+) -> list[Model]:
+    """A clock that is no later than any channel, or half as late, with a lag of each upon it, where
+    one of them seems to be there: alone a clock is as late as they are on average, and no lag looks
+    ahead."""
+    alone = [made for made in models if made.names == {DELAY}]
+    late = not models[0].names.isdisjoint({DELAY, LAG}) and _least(channels, 2) < models[0].price
+    if channels[0].long or not alone or LAG not in names or not late:
+        return []
+    fits = alone[0].fits
+    least_s = min(moved.own_values(channels, fits, DELAY, DELAY_S))
+    result = []
+    for late_s in (least_s, 0.5 * least_s):
+        entries = [
+            moved.with_value(c, fit, DELAY, DELAY_S, late_s)
+            for c, fit in zip(channels, fits, strict=True)
+        ]
+        each = list(zip(channels, fits, entries, strict=True))
+        early = all_at_once(lambda one: one[0].with_motion(one[1], one[2], True), each)
+        result += _upon(channels, priced(channels, tuple(early)), [LAG])
+    best = min(result, key=lambda made: made.price, default=None)
+    return result + ([refined(channels, best)] if best else [])
 
 
 def _upon(channels: Sequence[Channel], before: Model, rest: Sequence[str]) -> list[Model]:

@@ -470,7 +470,7 @@ EFFECT = Effect(
     simulate=simulate,
     explain=explain,
     zoom=zoom,
-    fine=Fine(at, STEPS, ((ZEROED_BY,), FREELY)),
+    fine=Fine(at, STEPS, ((ZEROED_BY,), (), FREELY)),
     forms=("play", "dead_zone"),
     exact=True,
 )

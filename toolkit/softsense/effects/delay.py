@@ -1,4 +1,4 @@
-"""Delay: two clocks that are apart, or run apart."""
+"""Delay: two clocks that are apart, or run apart, or channels that are read one after the other."""
 
 from __future__ import annotations
 
@@ -41,7 +41,10 @@ KNOTS = tuple(f"knot{k}" for k in range(41))
 WAVES = {"swinging": SINE, "set right": SAW}
 # After which part of a recording what wandered in it is forgotten.
 RETURNS = 0.1
+# One converter for all: how much later each channel is read than the one before.
+SCAN = "scan_s"
 STEPS = {
+    SCAN: 0.0005,
     **dict.fromkeys(("delay_s", "swing_s", "phase", *COURSES, *KNOTS), 0.001),
     "skew": 3e-6,
     # Of many turns it moves the last one far.
@@ -180,7 +183,7 @@ def _changing(nominal: Nominal, values: Mapping[str, float], form: str = "") -> 
 
 
 def _late_s(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Floats:
-    """(samples,) the delay of a course of time."""
+    """(samples,) the delay of a course of time, as the channel has it."""
     reference, step = nominal.reference, nominal.keep.step or 1
     times = (
         -(-len(nominal.strain) // step),
@@ -188,7 +191,12 @@ def _late_s(nominal: Nominal, values: Mapping[str, float], form: str = "") -> Fl
         nominal.dt_s * step,
         reference.duration_s,
     )
-    return _late(tuple(values.items()), form, *times)
+    late = _late(tuple((k, v) for k, v in values.items() if k != SCAN), form, *times)
+    if SCAN in values:
+        # All are read before the first one is again.
+        most = nominal.dt_s / len(nominal.codes)
+        late = late + float(np.clip(values[SCAN], -most, most)) * nominal.channel
+    return late
 
 
 @lru_cache(maxsize=8)
@@ -200,7 +208,7 @@ def _late(
     step_s: float,
     duration_s: float,
 ) -> Floats:
-    """The same; every channel asks for one."""
+    """The same of the first channel; every one asks for it."""
     given, times = dict(values), (samples, first_s, step_s, duration_s)
     since = _since(*times)
     late: Floats = given.get("delay_s", 0.0) + given.get("skew", 0.0) * duration_s * since
@@ -275,10 +283,11 @@ def _read_at(pieces: Floats, step: float, late: Floats, read: Floats) -> None:
 EFFECT = Effect(
     name="delay",
     stage="motion",
-    mechanism="clocks of motion and sensors are apart, or run apart",
+    mechanism="clocks of motion and sensors are apart, or run apart, or channels are read in turn",
     equation="x(t - d0 - d1 t)",
-    source="clock offset and skew",
-    fingerprint="late without attenuation; with skew, later and later",
+    source="clock offset and skew; a multiplexer's scan",
+    fingerprint="late without attenuation; with skew, later and later; read in turn, each channel "
+    "by as much more",
     parameters=(
         Parameter("delay_s", "s", 0.001, 0.5, 0.1, "offset d0"),
         Parameter("skew", "1", 0.0, 0.002, 0.0, "relative difference of the clocks d1"),
@@ -289,7 +298,7 @@ EFFECT = Effect(
     fine=Fine(
         at,
         STEPS,
-        (("delay_s", "skew", *COURSES), KNOTS),
+        (("delay_s", "skew", *COURSES), ("delay_s", SCAN), KNOTS),
         Recurring("delay_s", "skew", "swing_s", _late_s, WAVES),
     ),
     exact=True,
