@@ -55,7 +55,7 @@ Floats = NDArray[np.float64]
 Offered = list[dict[str, list[Entry]]]
 
 # Of what ``augment`` needs beside diagnosis.json: another one means other things.
-SCHEMA = "softsense.augmentation/12"
+SCHEMA = "softsense.augmentation/13"
 STATIC_KNOTS = 8
 BETWEEN_S = 10.0
 # Channels hear what others make of what they hear: each time less by the crosstalk's share;

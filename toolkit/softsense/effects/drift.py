@@ -31,6 +31,8 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
     "root": lambda passed: 1.0 - 1.0 / np.sqrt(1.0 + passed),
     "parabolic": lambda passed: np.sqrt(1.0 + passed) - 1.0,
 }
+# Those of a power of time, too.
+CURED = ("log", "exponential", "hyperbolic")
 # What settles sooner is no drift but another zero from the start.
 SETTLES_S = {"exponential": 3.0, "hyperbolic": 1.0}
 # Time constants of two that settle together.
@@ -85,18 +87,30 @@ def explain(nominal: Nominal) -> list[Candidate]:
 
 
 def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
-    """All laws around one time constant, or around one exponent; and some of them together. Or a
-    room around one period."""
+    """All laws around one time constant, or around one exponent; and some of them together; closer
+    around what begins slowly. Or a room around one period, and what cures as half of it would."""
     if "exponent" in values:
         near = values["exponent"] * np.geomspace(0.7, 1.4, 7)
         return [*_powers(nominal, near.tolist(), SLOPES + STEEP), *_mixed(nominal, SLOPES)]
     if "period_s" in values:
-        return _swings(nominal, (values["period_s"] * np.geomspace(0.75, 1.4, 11)).tolist())
+        period_s = values["period_s"]
+        taus = (period_s * np.geomspace(0.15, 0.5, 9)).tolist()
+        return [
+            *_swings(nominal, (period_s * np.geomspace(0.75, 1.4, 11)).tolist()),
+            *_laws(nominal, ("exponential", "hyperbolic"), taus, orders=(1.5, 2.0, 2.5)),
+        ]
     if "tau_s" not in values:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
     taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0, 2.5)
+    if "order" in values:
+        close = (values["tau_s"] * np.geomspace(0.85, 1.18, 7)).tolist()
+        some = (values["order"] * np.geomspace(0.87, 1.15, 5)).tolist()
+        more = _laws(nominal, tuple(CURED), close, orders=some)
+    else:
+        more = []
     return [
+        *more,
         *_laws(nominal, tuple(COURSES), taus, SLOPES),
         *_laws(nominal, ("log", "exponential", "hyperbolic"), taus, STEEP),
         *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),

@@ -118,7 +118,7 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     if "part" in values:
         near = np.maximum(values["part"] * np.geomspace(0.6, 1.7, 9), LEAST_PART)
         parts = np.unique(near).tolist()
-        orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0)
+        orders = (0.8, 1.0, 1.25, 1.5, 1.75, 2.0, 0.92 * values["order"], 1.07 * values["order"])
         return _grown(nominal, _settling(nominal, parts, orders), from_zero)
     some = explain(nominal) + _about(nominal, ANYWHERE)
     if FROM in values:

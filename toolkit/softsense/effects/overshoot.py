@@ -14,6 +14,7 @@ TAUS_S = (0.002, 0.02, 0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
 # At which strain rates half of what there is breaks.
 HALVES_PER_S = (0.03, 0.1, 0.3)
+HILL = (1.0, 2.0)
 # Strain rates below which nothing breaks.
 LEAST_PER_S = (0.02, 0.05, 0.1)
 # What breaks sooner than it forms again: in which share of that time, by which powers of the strain
@@ -91,6 +92,9 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return _at_reversals(nominal, near, values["reversal"] * np.geomspace(0.7, 1.4, 5))
     if "tunnels_s" in values:
         return _tunnelling(nominal, near, values["tunnels_s"] * np.geomspace(0.7, 1.4, 7))
+    if "half_per_s" in values:
+        halves = (values["half_per_s"] * np.geomspace(0.6, 1.7, 7)).tolist()
+        return _levelled(nominal, near, halves)
     result = _quick(nominal, near[::2]) + _structures(nominal, REBUILDS_S, BREAKS)
     result += _late(nominal, near[::2]) + _beyond(nominal, near[::2], LEAST_PER_S)
     result += _tunnelling(nominal, near[::2], TUNNELS_S)
@@ -101,14 +105,11 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         speed = partial(_speed, nominal)
         result += _traces(nominal, speed, {"power": 1.0}, near[::2], LADDERS_S, within=True)
         return result + _one_way(nominal, near)
-    for power in (values["power"] * np.array([0.85, 1.0, 1.2])).tolist():
+    for power in (values["power"] * np.array([0.85, 0.93, 1.0, 1.09, 1.2])).tolist():
         speed = partial(_to_the, nominal, power)
         for within in (False, True):
-            result += _traces(nominal, speed, {"power": power}, near[::2], ladders, within)
-    for half in HALVES_PER_S:
-        speed = partial(_levelling, nominal, half)
-        result += _traces(nominal, speed, {"half_per_s": half}, near[::2], ())
-    return result
+            result += _traces(nominal, speed, {"power": power}, near, ladders, within)
+    return result + _levelled(nominal, near[::2], HALVES_PER_S)
 
 
 def _speed(nominal: Nominal) -> Floats:
@@ -121,10 +122,24 @@ def _to_the(nominal: Nominal, power: float) -> Floats:
     return powered
 
 
-def _levelling(nominal: Nominal, half_per_s: float) -> Floats:
-    """(samples,) 0 … 1 of what more speed breaks less and less of."""
-    speed = _speed(nominal)
-    return speed / (speed + half_per_s)
+def _levelled(
+    nominal: Nominal, taus_s: Sequence[float], halves_per_s: Sequence[float]
+) -> list[Candidate]:
+    """0 … 1 of what more speed breaks less and less of, half of it at one speed; or little of it
+    below, too (Hill, J. Physiol. 40, 1910)."""
+
+    def levelling(half: float, order: float) -> Floats:
+        speed = _speed(nominal) ** order
+        level: Floats = speed / (speed + half**order)
+        return level
+
+    result = []
+    for half in halves_per_s:
+        for order in HILL:
+            values = {"half_per_s": half} if order == 1.0 else {"half_per_s": half, "hill": order}
+            speed = partial(levelling, half, order)
+            result += _traces(nominal, speed, values, taus_s, ())
+    return result
 
 
 def _traces(

@@ -33,6 +33,9 @@ LEAST_GROWTH = 0.02
 # What damage alone does changes by this share of itself, or is a gain; or is a curve.
 LEAST_DAMAGED = 0.1
 LEAST_BENT = 0.25
+# Around what was found, so that from round to round it comes closer.
+WIDTHS_NEAR = np.array([0.45, 0.76, 1.0, 1.2, 2.2])
+GROWTHS_NEAR = np.array([0.5, 0.8, 1.0, 1.4, 2.0])
 
 
 def simulate(
@@ -77,8 +80,8 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
     grows = values["grows"]
     return often + _laws(
         nominal,
-        values["width"] * np.array([0.4, 0.63, 1.0, 1.6, 2.5]),
-        np.array([0.0, 0.15]) if not grows else grows * np.array([0.5, 1.0, 2.0]),
+        values["width"] * WIDTHS_NEAR,
+        np.array([0.0, 0.15]) if not grows else grows * GROWTHS_NEAR,
     )
 
 
