@@ -207,6 +207,27 @@ def test_overshoot_may_be_over_at_once() -> None:
     assert np.std(change_of(result, 12) - more) < 0.1
 
 
+@pytest.mark.parametrize("half", [0.06, 0.2])
+def test_overshoot_may_begin_slowly_and_level_off(half: float) -> None:
+    x, codes = clean(1)
+    speed = np.abs(np.gradient(x)) * RATE_HZ
+    broken = lfilter([0.1], [1, -0.9], speed**2 / (speed**2 + half**2))
+    made = codes + 40.0 * broken[:, None] * np.array([1.0, 0.5, -1.0, 0.8])
+    result = diagnose(recorded(x, codes, 1), recorded(x, made, 2))
+    assert result.effects == ("overshoot",)
+    assert result.data["unexplained"]["share"] < 0.006
+
+
+@pytest.mark.parametrize(("tau_s", "order"), [(150.0, 2.0), (110.0, 1.7)])
+def test_a_drift_that_cures_is_known_closely(tau_s: float, order: float) -> None:
+    """What is left would look like something else."""
+    x, codes = clean(2)
+    cured = -40.0 * np.expm1(-((np.arange(SAMPLES) / RATE_HZ / tau_s) ** order))
+    result = diagnose(recorded(x, codes, 1), recorded(x, codes + cured[:, None], 2))
+    assert result.effects == ("drift",)
+    assert result.data["unexplained"]["share"] < 0.0004
+
+
 def test_overshoot_may_be_what_a_current_tunnels_through() -> None:
     x, codes = clean(11)
     opened = filtered(np.abs(np.gradient(x))[:, None] * RATE_HZ, 0.4)

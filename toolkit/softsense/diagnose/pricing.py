@@ -481,6 +481,11 @@ class Priced:
             left = max(left, 0.0)
         return left
 
+    def unsaid(self, fit: Fit) -> float:
+        """The same beyond what of the simulation's noise is in the nominal signal, too."""
+        known = self.noise / self.sigma**2 - 1.0 - self.more
+        return max(self.left(fit) - known * self.samples, 0.0)
+
     def price(self, fit: Fit) -> float:
         """What a fit leaves on unseen time, noise included, and what its terms cost."""
         if id(fit) not in self._prices:

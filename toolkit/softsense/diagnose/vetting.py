@@ -243,7 +243,9 @@ def _noisy(channels: Sequence[Channel], said: Model) -> tuple[int, ...]:
     """Channels whose gap is noise, on all where ``said`` does not say it: each its own, while what
     touches the specimen shows on several. An effect says all on some channel."""
     there = [both for both in zip(channels, said.fits, strict=True) if both[0].entries]
-    gaping = [(channel, fit) for channel, fit in there if channel.left(fit) > channel.effect_price]
+    gaping = [
+        (channel, fit) for channel, fit in there if channel.unsaid(fit) > channel.effect_price
+    ]
     if not gaping or (said.names and len(gaping) == len(there)):
         return ()
     gaps = all_at_once(lambda both: both[0].residual - both[0].predicted(both[1]), gaping)
