@@ -25,8 +25,9 @@ from softsense.effects.operators import low_pass
 
 Floats = NDArray[np.float64]
 LAG = "lag"
-# Parameters of each effect.
-Values = Mapping[str, Mapping[str, float]]
+# Parameters of one effect, and of each.
+Own = Mapping[str, float]
+Values = Mapping[str, Own]
 Forms = Mapping[str, str]
 # (channels, searched samples) of what others leave, in noise sizes.
 Left = Callable[[Values, Forms], Floats]
@@ -227,14 +228,18 @@ def own_values(
     return own
 
 
-def with_value(channel: Channel, fit: Fit, name: str, key: str, value: float) -> dict[str, Entry]:
-    """The entry of an effect of the motion that ``fit`` has alone, with another value; none where
-    it is not there."""
-    if name not in channel.motion_of(fit):
+def with_values(
+    channel: Channel, fit: Fit, name: str, change: Callable[[Own], Own]
+) -> dict[str, Entry]:
+    """The entries of what moves the strain in ``fit``, with a ``change`` to the values of one such
+    effect; none where it is not there."""
+    entries = channel.motion_of(fit)
+    if name not in entries:
         return {}
-    candidate = channel.motion_of(fit)[name].candidate
-    values = {name: {**candidate.values, key: value}}
-    return _entries(channel, channel.nominal, values, {name: candidate.form})
+    values = {n: dict(entry.candidate.values) for n, entry in entries.items()}
+    values[name] = dict(change(values[name]))
+    forms = {n: entry.candidate.form for n, entry in entries.items()}
+    return _entries(channel, channel.nominal, values, forms)
 
 
 def _slower(channel: Channel, fit: Fit) -> Floats:

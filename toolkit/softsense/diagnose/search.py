@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import combinations
 
 import numpy as np
@@ -25,6 +25,7 @@ from softsense.diagnose.pricing import (
     beside_walk,
 )
 from softsense.effects import all_effects
+from softsense.effects.delay import SCAN
 
 # Pairs begin with the most promising single effects, those that cost no more than so many times the
 # cheapest, and fewer at a close look, for which so many pairs are chosen, and so many without a
@@ -729,15 +730,41 @@ def _earlier(
     least_s = min(moved.own_values(channels, fits, DELAY, DELAY_S))
     result = []
     for late_s in (least_s, 0.5 * least_s):
-        entries = [
-            moved.with_value(c, fit, DELAY, DELAY_S, late_s)
-            for c, fit in zip(channels, fits, strict=True)
-        ]
-        each = list(zip(channels, fits, entries, strict=True))
-        early = all_at_once(lambda one: one[0].with_motion(one[1], one[2], True), each)
-        result += _upon(channels, priced(channels, tuple(early)), [LAG])
+        early = _late(channels, fits, partial(_late_by, late_s))
+        result += _upon(channels, early, [LAG])
     best = min(result, key=lambda made: made.price, default=None)
     return result + ([refined(channels, best)] if best else [])
+
+
+def _late(
+    channels: Sequence[Channel], fits: Sequence[Fit], change: Callable[[moved.Own], moved.Own]
+) -> Model:
+    """``fits`` with a ``change`` to the values of their delay."""
+
+    def changed(one: tuple[Channel, Fit]) -> Fit:
+        return one[0].with_motion(one[1], moved.with_values(*one, DELAY, change), True)
+
+    each = list(zip(channels, fits, strict=True))
+    return priced(channels, tuple(all_at_once(changed, each)))
+
+
+def _late_by(late_s: float, own: moved.Own) -> moved.Own:
+    return {**own, DELAY_S: late_s}
+
+
+def _in_step(channels: Sequence[Channel], made: Model) -> Model:
+    """``made``, or a cheaper one where all channels are late by as much: a delay alone takes for
+    its own, channel by channel, what another effect does."""
+
+    def alike(own: moved.Own) -> moved.Own:
+        mean_s = own[DELAY_S] + 0.5 * own.get(SCAN, 0.0) * (len(channels) - 1)
+        return {k: v for k, v in own.items() if k != SCAN} | {DELAY_S: mean_s}
+
+    motions = [c.motion_of(fit) for c, fit in zip(channels, made.fits, strict=True)]
+    delays = [own[DELAY].candidate.values for own in motions if DELAY in own]
+    if len(made.names) < 2 or not any(SCAN in values for values in delays):
+        return made
+    return by_price([made, _fitted(channels, _late(channels, made.fits, alike), 0)])[0]
 
 
 def _upon(channels: Sequence[Channel], before: Model, rest: Sequence[str]) -> list[Model]:
@@ -777,6 +804,7 @@ def _known_by_one(channels: Sequence[Channel]) -> list[Model]:
 def refined(channels: Sequence[Channel], made: Model) -> Model:
     """``made``, or a cheaper one where what moves the strain is fitted to all channels at once."""
     begun = made
+    made = _in_step(channels, made)
     for stage in range(STAGES - 1):
         made = _fitted(channels, made, stage)
     gap = sum(channel.excess for channel in channels)
