@@ -91,7 +91,7 @@ def test_cases_of_another_origin_are_whole(benchmark: ModuleType) -> None:
                 assert tuple(changed) == case.truth[name]
         again = source.make(3, ("gain",), "typical")
         assert np.array_equal(again.real.codes, source.make(3, ("gain",), "typical").real.codes)
-    for origin in (sys.modules[half] for half in ("insole", "arm", "finger")):
+    for origin in (sys.modules[half] for half in ("insole", "arm", "finger", "garment")):
         for name in origin.NAMES:
             for seed in range(3):
                 case = origin.make(seed, (name,), "typical")

@@ -4,9 +4,9 @@
                                      [--json FILE]
 
 The held-out half has seeds and equations of its own; thresholds are set on the training half.
-``elsewhere``, ``liquid``, ``wearable``, ``actuator``, ``optical``, ``insole``, ``arm`` and
-``finger`` have sensors, motions and equations of other origins, and ``strange`` has only what no
-entry of the catalogue describes.
+``elsewhere``, ``liquid``, ``wearable``, ``actuator``, ``optical``, ``insole``, ``arm``,
+``finger`` and ``garment`` have sensors, motions and equations of other origins, and ``strange``
+has only what no entry of the catalogue describes.
 exact: the hidden effects named and nothing else. Cases per effect: --cases; excitation goes
 rich, typical, rich, typical … and a poor one for the size of the ambiguity set.
 """
@@ -33,6 +33,7 @@ import arm
 import cases
 import elsewhere
 import finger
+import garment
 import insole
 import liquid
 import optical
@@ -67,7 +68,7 @@ RANDOM = {"random_walk", "interference", "spikes", "noise"}
 EXCITATIONS = ("rich", "typical")
 HALVES = (
     *("train", "held-out", "elsewhere", "liquid", "strange"),
-    *("wearable", "actuator", "optical", "insole", "arm", "finger"),
+    *("wearable", "actuator", "optical", "insole", "arm", "finger", "garment"),
 )
 OF_OTHERS = {
     "elsewhere": elsewhere,
@@ -79,6 +80,7 @@ OF_OTHERS = {
     "insole": insole,
     "arm": arm,
     "finger": finger,
+    "garment": garment,
 }
 
 # What is hidden, seed, excitation, half, and what shall not be known.
