@@ -169,6 +169,13 @@ def test_a_little_more_noise_shows_beside_channels_that_are_simulated_right() ->
     assert result.data["effects"][0]["channels"] == ["s2", "s4"]
 
 
+def test_what_a_static_curve_leaves_of_the_simulations_noise_is_no_noise(monkeypatch) -> None:
+    monkeypatch.syspath_prepend(str(GAP))
+    cases = importlib.import_module("cases")
+    case = cases.make(745001, ("crosstalk", "interference"), "typical", False)
+    assert "noise" not in diagnose(case.sim, case.real).effects
+
+
 def test_a_walk_is_one_where_its_samples_are_thinned(monkeypatch) -> None:
     monkeypatch.setattr(pricing, "LONG", 0)
     monkeypatch.setattr(pricing, "SEARCHED_OF_LONG", 600)

@@ -20,11 +20,11 @@ from softsense.diagnose.channel import Channel
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key, Pick
 from softsense.diagnose.periods import courses
+from softsense.diagnose.pricing import LAG
 from softsense.effects import Fine, Nominal, Recurring, all_effects
 from softsense.effects.operators import low_pass
 
 Floats = NDArray[np.float64]
-LAG = "lag"
 # Parameters of one effect, and of each.
 Own = Mapping[str, float]
 Values = Mapping[str, Own]
@@ -169,7 +169,7 @@ def refined(
     fine = {n: f for n in entries if (f := all_effects()[n].fine) is not None}
     if not fine or len(fine) < len(entries):
         return None
-    further = {name: (*fine[name].more, ())[stage - 1] if stage else () for name in entries}
+    further = {name: fine[name].more[stage - 1] if stage else () for name in entries}
     if stage and not any(further.values()):
         return None
     begun = {

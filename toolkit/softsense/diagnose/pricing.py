@@ -92,6 +92,9 @@ MOTION = "motion"
 MATERIAL = "material"
 ELECTRICAL = "electrical"
 SERIAL = frozenset({MOTION, ELECTRICAL})
+# A clock, and a circuit: what the one does is nearly what the other does.
+DELAY = "delay"
+LAG = "lag"
 # A rail: what others do says where it begins.
 RAIL = "saturation"
 RAILS = frozenset({RAIL})
@@ -482,7 +485,7 @@ class Priced:
         return left
 
     def unsaid(self, fit: Fit) -> float:
-        """The same beyond what of the simulation's noise is in the nominal signal, too."""
+        """What is ``left`` beyond what of the simulation's noise is in the nominal signal."""
         known = self.noise / self.sigma**2 - 1.0 - self.more
         return max(self.left(fit) - known * self.samples, 0.0)
 

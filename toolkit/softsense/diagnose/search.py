@@ -16,6 +16,8 @@ from softsense.diagnose.chosen import HOPELESS, LESS_LEFT
 from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Entry, Fit, Key
 from softsense.diagnose.pricing import (
+    DELAY,
+    LAG,
     MOTION,
     RAILS,
     SERIAL,
@@ -56,6 +58,7 @@ LEAST_MORE = 0.5
 STAGES = 4
 LEAST_FREE = 1.5
 MOST_FREE = 0.3
+DELAY_S = "delay_s"
 # A motion is taken as known that leaves less of the gap, or less of it on one channel; and so many
 # others are tried upon it, where the best model has it too or leaves more than ``POORLY``, or it
 # leaves less than ``LITTLE_ALONE``. It is not looked at closely where it leaves more than ``MOVES``
@@ -88,7 +91,6 @@ UNTOLD = 4.0
 SAYS_MOST = 0.15
 # A random walk, of the largest gap of a channel that it is named on.
 WALK_NAME_SHARE = 0.01
-DELAY, DELAY_S, LAG = "delay", "delay_s", "lag"
 # What a walk can do by chance.
 SLOW = frozenset({"drift", "step"})
 SLOW_PRICE = 0.5

@@ -20,7 +20,7 @@ from softsense.diagnose.cores import all_at_once
 from softsense.diagnose.design import Base, Design, Fit, Group, Term
 from softsense.diagnose.moved import LEAST_CHANNELS, Together, answer
 from softsense.diagnose.nominal import Motion
-from softsense.diagnose.pricing import WALK, WALK_PRICE
+from softsense.diagnose.pricing import DELAY, LAG, WALK, WALK_PRICE
 from softsense.diagnose.search import (
     SLOW,
     Model,
@@ -76,7 +76,7 @@ FAR_WORSE = 3.0
 OF_NOISE = 0.5
 # What motion breaks is alike both ways, up to this share of it.
 ONE_SIGN = 0.1
-LAG, DELAY, STEP = "lag", "delay", "step"
+STEP = "step"
 # Per sample and channel: what a circuit of its own says more than one clock for all, by chance,
 # where its time constant is no more than a sample.
 OWN_VALUE = 0.05

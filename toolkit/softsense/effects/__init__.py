@@ -569,13 +569,14 @@ class Fine:
     """Candidates between those of any grid.
 
     ``at(nominal, values)``: all that have these values; ``steps``: how far each value is moved to
-    see what that does; ``more``: further values that such an effect may have, at first 0, and after
-    those yet others. ``recurring``: one of the values that may come and go in time.
+    see what that does; ``more``: further values that such an effect may have, at first 0, in three
+    kinds that are asked for one after the other: of all channels alike, of each by its number, and
+    free to go anywhere. ``recurring``: one of the values that may come and go in time.
     """
 
     at: Callable[[Nominal, Mapping[str, float]], list[Candidate]]
     steps: Mapping[str, float]
-    more: tuple[tuple[str, ...], ...] = ()
+    more: tuple[tuple[str, ...], tuple[str, ...], tuple[str, ...]]
     recurring: Recurring | None = None
 
 

@@ -31,8 +31,8 @@ COURSES: dict[str, Callable[[Floats], Floats]] = {
     "root": lambda passed: 1.0 - 1.0 / np.sqrt(1.0 + passed),
     "parabolic": lambda passed: np.sqrt(1.0 + passed) - 1.0,
 }
-# Those of a power of time, too.
-CURED = ("log", "exponential", "hyperbolic")
+# Those that a divider may bend much, or that go with a power of time.
+SETTLING = ("log", "exponential", "hyperbolic")
 # What settles sooner is no drift but another zero from the start.
 SETTLES_S = {"exponential": 3.0, "hyperbolic": 1.0}
 # Time constants of two that settle together.
@@ -103,16 +103,15 @@ def zoom(nominal: Nominal, values: Mapping[str, float]) -> list[Candidate]:
         return explain(nominal)
     near = values["tau_s"] * np.geomspace(0.5, 2.0, 7)
     taus, orders = near.tolist(), (0.6, 0.8, 1.25, 1.5, 2.0, 2.5)
+    closer = []
     if "order" in values:
         close = (values["tau_s"] * np.geomspace(0.85, 1.18, 7)).tolist()
         some = (values["order"] * np.geomspace(0.87, 1.15, 5)).tolist()
-        more = _laws(nominal, tuple(CURED), close, orders=some)
-    else:
-        more = []
+        closer = _laws(nominal, SETTLING, close, orders=some)
     return [
-        *more,
+        *closer,
         *_laws(nominal, tuple(COURSES), taus, SLOPES),
-        *_laws(nominal, ("log", "exponential", "hyperbolic"), taus, STEEP),
+        *_laws(nominal, SETTLING, taus, STEEP),
         *_laws(nominal, ("log", "exponential"), taus[::2], orders=orders),
         *_mixed(nominal, SLOPES),
     ]

@@ -14,6 +14,7 @@ TAUS_S = (0.002, 0.02, 0.05, 0.12, 0.25, 0.5, 1.0, 2.0, 4.0)
 LADDERS_S: tuple[tuple[float, ...], ...] = ((0.12, 0.5, 2.0), (0.05, 0.25, 1.0, 4.0))
 # At which strain rates half of what there is breaks.
 HALVES_PER_S = (0.03, 0.1, 0.3)
+# Powers of the strain rate in that: with more than 1, little breaks at first.
 HILL = (1.0, 2.0)
 # Strain rates below which nothing breaks.
 LEAST_PER_S = (0.02, 0.05, 0.1)
